@@ -100,7 +100,7 @@ const WANTED: StuckModes = StuckModes::new(None, Highest::OfFirstStuckMode(1.05)
 fn reduced_dovetail() -> Problem {
     let law = PairLaw::rigid(0.3, 0.0);
     let folder = root().join("tests/data/dovetail72");
-    Problem::of_one_law(
+    Problem::uniform(
         dovetail_superelement::read(&folder).unwrap().model,
         law,
         FORCE_N,
@@ -147,10 +147,10 @@ fn dlft(c: &mut Criterion) {
     assert!(statics.outcome.is_converged());
     let first = model.reduced.omega2[0].sqrt();
     let omega = FREQUENCY_RATIO * first;
-    let damping = Rayleigh::of_stiffness(2.0 * 0.001 / first);
+    let damping = Rayleigh::stiffness_proportional(2.0 * 0.001 / first);
     let system = ContactSystem::new(&model, damping);
     let fourier = Fourier::new(HARMONICS, SAMPLES);
-    let eps = Eps::new(EpsChoice::Dynamic).of(&system, omega, HARMONICS);
+    let eps = Eps::new(EpsChoice::Dynamic).values(&system, omega, HARMONICS);
     let inexact = InexactModel::new(&model.reduced);
     let setting = Setting {
         system: system.into(),

@@ -13,7 +13,7 @@ use dovetail::exhaustion;
 /// Allocator that passes all calls on to that of the system.
 pub struct Watched;
 
-fn given(memory: *mut u8, bytes: usize) -> *mut u8 {
+fn check_allocation(memory: *mut u8, bytes: usize) -> *mut u8 {
     if memory.is_null() {
         exhaustion::exhausted(bytes);
     }
@@ -25,19 +25,19 @@ unsafe impl GlobalAlloc for Watched {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         exhaustion::wait_if_ending();
         // SAFETY: as this function's.
-        given(unsafe { System.alloc(layout) }, layout.size())
+        check_allocation(unsafe { System.alloc(layout) }, layout.size())
     }
 
     unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
         exhaustion::wait_if_ending();
         // SAFETY: as this function's.
-        given(unsafe { System.alloc_zeroed(layout) }, layout.size())
+        check_allocation(unsafe { System.alloc_zeroed(layout) }, layout.size())
     }
 
     unsafe fn realloc(&self, memory: *mut u8, layout: Layout, bytes: usize) -> *mut u8 {
         exhaustion::wait_if_ending();
         // SAFETY: as this function's.
-        given(unsafe { System.realloc(memory, layout, bytes) }, bytes)
+        check_allocation(unsafe { System.realloc(memory, layout, bytes) }, bytes)
     }
 
     unsafe fn dealloc(&self, memory: *mut u8, layout: Layout) {

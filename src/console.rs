@@ -12,7 +12,7 @@ use indicatif::{HumanDuration, MultiProgress, ProgressBar, ProgressDrawTarget, P
 
 use crate::listener::{Listener, News};
 use dovetail_export::manifest::StageSummary;
-use dovetail_export::warning::{Warning, Weight, by_weight};
+use dovetail_export::warning::{Warning, Weight, sorted_by_weight};
 use dovetail_export::words::{counted, cycle_counts, figure, quantity, rounded, short};
 use dovetail_mesh::text;
 use dovetail_solver::dlft::{Attempt, Orbit, SolvedFrequency};
@@ -118,14 +118,14 @@ impl Console {
     }
 
     /// Printer of lines for another thread.
-    pub fn lines(&self) -> Lines {
-        Lines(self.lines.clone())
+    pub fn lines(&self) -> LinePrinter {
+        LinePrinter(self.lines.clone())
     }
 
     /// Prints the warnings that waited for the end, the most important first, and the number of
     /// those that were printed at once.
     pub fn end(&mut self) {
-        for Warning { text, .. } in by_weight(&std::mem::take(&mut self.waiting)) {
+        for Warning { text, .. } in sorted_by_weight(&std::mem::take(&mut self.waiting)) {
             self.line(&format!("warning: {text}"));
         }
         let printed = std::mem::take(&mut self.printed);
@@ -145,9 +145,9 @@ impl Drop for Console {
 
 /// Printer of lines that keeps the bars intact.
 #[derive(Debug, Clone)]
-pub struct Lines(MultiProgress);
+pub struct LinePrinter(MultiProgress);
 
-impl Lines {
+impl LinePrinter {
     /// Prints a line: the bars are cleared, the line is printed above them, and they are drawn
     /// again.
     fn line(&self, message: &str) {
@@ -169,7 +169,7 @@ fn print(message: &str) {
 
 /// Short text of the result of a frequency.
 fn news(orbit: &Orbit, failed: usize) -> String {
-    let found = match (orbit.outcome.has_motion(), orbit.observed_amplitude.first()) {
+    let amplitude = match (orbit.outcome.has_motion(), orbit.observed_amplitude.first()) {
         (true, Some(amplitude_m)) => quantity(*amplitude_m, "m", 4),
         _ => orbit.outcome.to_string().replace('_', " "),
     };
@@ -178,7 +178,7 @@ fn news(orbit: &Orbit, failed: usize) -> String {
         _ => format!(", {failed} failed"),
     };
     format!(
-        "{:.3} Hz: {found}, {}, {}{failed}",
+        "{:.3} Hz: {amplitude}, {}, {}{failed}",
         orbit.frequency_hz,
         cycle_counts(orbit.counts()),
         counted(orbit.newton_iterations, "iteration", "iterations"),
@@ -363,7 +363,7 @@ impl Console {
 }
 
 impl Listener for Console {
-    fn hear(&mut self, news: News<'_>) -> ControlFlow<()> {
+    fn on_news(&mut self, news: News<'_>) -> ControlFlow<()> {
         match news {
             News::StageBegins(title) => self.stage_begins(title),
             News::StageEnds(record) => self.stage_ends(record),
@@ -412,7 +412,7 @@ mod tests {
     }
 
     fn waiting(console: &Console) -> Vec<&str> {
-        let waiting = by_weight(&console.waiting).into_iter();
+        let waiting = sorted_by_weight(&console.waiting).into_iter();
         waiting.map(|warning| warning.text.as_str()).collect()
     }
 

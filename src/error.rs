@@ -12,14 +12,14 @@ use crate::gmsh::GmshError;
 use crate::influence_file::InfluenceFileError;
 use crate::matrix_files::MatrixFilesError;
 use crate::motions::free_words;
-use crate::scene::located::meant;
+use crate::scene::located::suggestion;
 use dovetail_export::ExportError;
 use dovetail_export::words::quantity;
 use dovetail_mesh::MeshError;
 use dovetail_mesh::formats::surface_field::SurfaceFieldError;
 use dovetail_mesh::quality::QualityError;
 use dovetail_solver::fem::FemError;
-use dovetail_solver::model::{ModelError, Subject};
+use dovetail_solver::model::{ErrorSubject, ModelError};
 use dovetail_solver::reduction::ReductionError;
 use dovetail_solver::run::{self, static_place};
 use dovetail_superelement::SuperelementError;
@@ -52,7 +52,7 @@ pub enum RunError {
     /// Error of the run itself.
     #[error(transparent)]
     #[diagnostic(transparent)]
-    Run(Ended),
+    Run(RunFailure),
 
     /// `dovetail peaks` found no peak at some values.
     #[error("{missing} of {values} values have no peak")]
@@ -140,17 +140,17 @@ impl From<ModelError> for RunError {
 
 impl From<run::Error> for RunError {
     fn from(error: run::Error) -> Self {
-        Self::Run(Ended(error))
+        Self::Run(RunFailure(error))
     }
 }
 
 /// Error of a run in the words of a scene, with the names of the keys to change.
 #[derive(Debug)]
-pub struct Ended(pub run::Error);
+pub struct RunFailure(pub run::Error);
 
-impl Ended {
+impl RunFailure {
     /// Part of the scene that the error is about, if it is one of bodies and meshes that do not fit.
-    pub fn subject(&self) -> Option<Subject<'_>> {
+    pub fn subject(&self) -> Option<ErrorSubject<'_>> {
         match &self.0 {
             run::Error::Model(error) => error.subject(),
             _ => None,
@@ -158,7 +158,7 @@ impl Ended {
     }
 }
 
-impl fmt::Display for Ended {
+impl fmt::Display for RunFailure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         words(&self.0, f)
     }
@@ -197,19 +197,19 @@ fn words(error: &run::Error, f: &mut fmt::Formatter<'_>) -> fmt::Result {
     }
 }
 
-impl Error for Ended {
+impl Error for RunFailure {
     fn source(&self) -> Option<&(dyn Error + 'static)> {
         self.0.source()
     }
 }
 
-impl Diagnostic for Ended {
+impl Diagnostic for RunFailure {
     fn severity(&self) -> Option<Severity> {
         matches!(self.0, run::Error::NotConverged { .. }).then_some(Severity::Warning)
     }
 
     fn help<'a>(&'a self) -> Option<Box<dyn fmt::Display + 'a>> {
-        if let Some(meant) = self.subject().as_ref().and_then(meant) {
+        if let Some(meant) = self.subject().as_ref().and_then(suggestion) {
             return Some(Box::new(format!("did you mean `{meant}`?")));
         }
         Some(Box::new(remedy(&self.0)?))
@@ -388,14 +388,14 @@ impl RunError {
             | Self::NoMotions { .. }
             | Self::BackboneEnds { .. }
             | Self::WearEnds { .. } => ExitStatus::NotConverged,
-            Self::Run(Ended(error)) => of_run(error),
-            Self::Superelement(error) => of_folder(error),
+            Self::Run(RunFailure(error)) => run_status(error),
+            Self::Superelement(error) => folder_status(error),
             Self::Gmsh(_) | Self::Export(_) | Self::OutOfMemory(_) => ExitStatus::Failed,
         }
     }
 }
 
-fn of_folder(error: &SuperelementError) -> ExitStatus {
+fn folder_status(error: &SuperelementError) -> ExitStatus {
     if matches!(error, SuperelementError::Write { .. }) {
         ExitStatus::Failed
     } else {
@@ -403,10 +403,10 @@ fn of_folder(error: &SuperelementError) -> ExitStatus {
     }
 }
 
-fn of_run(error: &run::Error) -> ExitStatus {
+fn run_status(error: &run::Error) -> ExitStatus {
     use run::Error;
     match error {
-        Error::AtSpeed { error, .. } => of_run(error),
+        Error::AtSpeed { error, .. } => run_status(error),
         Error::Model(_)
         | Error::NoMesh
         | Error::NoReducedModel

@@ -30,7 +30,7 @@ const LONGEST_WORD: Duration = Duration::from_secs(10);
 
 /// The system gave no more memory.
 #[derive(Debug, Error)]
-#[error("there is no more memory: {:.1} MiB more were asked for{}", *.asked_bytes as f64 / f64::from(1u32 << 20), of_reading(*.reads))]
+#[error("there is no more memory: {:.1} MiB more were asked for{}", *.asked_bytes as f64 / f64::from(1u32 << 20), reading_word(*.reads))]
 pub struct OutOfMemory {
     /// Size of the failed allocation.
     pub asked_bytes: usize,
@@ -50,7 +50,7 @@ impl Diagnostic for OutOfMemory {
     }
 }
 
-fn of_reading(reads: bool) -> &'static str {
+fn reading_word(reads: bool) -> &'static str {
     if reads { " while files were read" } else { "" }
 }
 
@@ -83,7 +83,7 @@ pub fn prepare() -> io::Result<()> {
         }
         SPEAKS.set(true);
         drop(reserve);
-        speak();
+        announce();
     })?;
     SPEAKER.get_or_init(|| speaker.thread().clone());
     let usual = panic::take_hook();
@@ -109,17 +109,17 @@ pub fn reads_files(reads: bool) {
 }
 
 /// Sets the action, besides the message, before the process ends for lack of memory.
-pub fn on_exhaustion(last_word: impl Fn(OutOfMemory) + Send + 'static) {
+pub fn set_exhaustion_action(last_word: impl Fn(OutOfMemory) + Send + 'static) {
     *LAST_WORD.lock().unwrap_or_else(PoisonError::into_inner) = Some(Box::new(last_word));
 }
 
-fn speak() -> ! {
+fn announce() -> ! {
     let error = OutOfMemory {
         asked_bytes: ASKED_BYTES.load(Ordering::Relaxed),
         reads: READS.load(Ordering::Relaxed),
     };
     let told = terminal::rendered(&error, io::stderr().is_terminal());
-    say(&told);
+    write_stderr(&told);
     // A thread that waits may hold the lock.
     if let Ok(Some(last_word)) = LAST_WORD.try_lock().as_deref() {
         last_word(error);
@@ -128,7 +128,7 @@ fn speak() -> ! {
 }
 
 /// Writes to stderr without its lock, which a waiting thread may hold.
-fn say(text: &str) {
+fn write_stderr(text: &str) {
     let mut left = text.as_bytes();
     while let Ok(written @ 1..) = rustix::io::write(rustix::stdio::stderr(), left) {
         left = &left[written..];
@@ -142,7 +142,7 @@ fn say(text: &str) {
 /// allocates.
 #[inline]
 pub fn wait_if_ending() {
-    if ENDING.load(Ordering::Relaxed) && !speaks() {
+    if ENDING.load(Ordering::Relaxed) && !is_announcing() {
         wait_for_the_end();
     }
 }
@@ -154,8 +154,8 @@ pub fn exhausted(bytes: usize) {
     let Some(speaker) = SPEAKER.get() else {
         return;
     };
-    if speaks() {
-        say("there is no more memory, not even to say so in full\n");
+    if is_announcing() {
+        write_stderr("there is no more memory, not even to say so in full\n");
         end();
     }
     if !ENDING.swap(true, Ordering::AcqRel) {
@@ -165,7 +165,7 @@ pub fn exhausted(bytes: usize) {
     wait_for_the_end();
 }
 
-fn speaks() -> bool {
+fn is_announcing() -> bool {
     SPEAKS.try_with(Cell::get).unwrap_or(false)
 }
 

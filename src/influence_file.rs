@@ -166,13 +166,15 @@ fn places(header: &csv::StringRecord) -> Result<[Option<usize>; 5], String> {
 mod tests {
     use super::*;
 
-    fn of(text: &str) -> Result<Vec<InfluenceCoefficient>, String> {
+    fn parsed_coefficients(text: &str) -> Result<Vec<InfluenceCoefficient>, String> {
         parse(text.as_bytes(), Path::new("air.csv")).map_err(|error| error.to_string())
     }
 
     #[test]
     fn columns_may_stand_in_any_order_and_modes_act_on_themselves() {
-        let found = of("# of a CFD\nmode,nodal_diameter,imaginary_n_m, real_n_m\n2,-1,-3e4,1.5\n");
+        let found = parsed_coefficients(
+            "# of a CFD\nmode,nodal_diameter,imaginary_n_m, real_n_m\n2,-1,-3e4,1.5\n",
+        );
         let expected = InfluenceCoefficient {
             nodal_diameter: -1,
             mode: 2,
@@ -186,7 +188,7 @@ mod tests {
     #[test]
     fn what_is_wrong_is_named_with_its_line() {
         let with = |rows: &str| {
-            of(&format!(
+            parsed_coefficients(&format!(
                 "nodal_diameter,mode,by_mode,real_n_m,imaginary_n_m\n{rows}"
             ))
         };
@@ -214,14 +216,15 @@ mod tests {
             let error = with(rows).unwrap_err();
             assert!(error.contains(words), "{rows}: {error}");
         }
-        let error = of("nodal_diameter,mode,damping\n1,1,0\n").unwrap_err();
+        let error = parsed_coefficients("nodal_diameter,mode,damping\n1,1,0\n").unwrap_err();
         assert!(
             error.contains("`damping`") && error.contains("by_mode"),
             "{error}"
         );
-        let error = of("nodal_diameter;mode;real_n_m;imaginary_n_m\n1;1;0,5;0\n").unwrap_err();
+        let error = parsed_coefficients("nodal_diameter;mode;real_n_m;imaginary_n_m\n1;1;0,5;0\n")
+            .unwrap_err();
         assert!(error.contains("commas separate the columns"), "{error}");
-        let error = of("nodal_diameter,mode,real_n_m\n").unwrap_err();
+        let error = parsed_coefficients("nodal_diameter,mode,real_n_m\n").unwrap_err();
         assert!(
             error.contains("lacks the column `imaginary_n_m`"),
             "{error}"

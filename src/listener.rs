@@ -25,5 +25,5 @@ pub enum News<'a> {
 /// Receiver of the news of a run. The calls come one after the other, from any thread.
 pub trait Listener: Send {
     /// Receives a piece of news. [`ControlFlow::Break`] ends the run at its next event.
-    fn hear(&mut self, news: News<'_>) -> ControlFlow<()>;
+    fn on_news(&mut self, news: News<'_>) -> ControlFlow<()>;
 }

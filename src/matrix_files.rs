@@ -4,7 +4,9 @@ use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
-use dovetail_matrices::{MatrixError, NamedMatrix, Quantity, on_rows, parse, parse_rows};
+use dovetail_matrices::{
+    MatrixError, MatrixQuantity, NamedMatrix, expand_to_rows, parse, parse_rows,
+};
 use dovetail_solver::model::{GivenMatrices, MatricesError, MatrixFile, MatrixFiles};
 use dovetail_superelement::input;
 
@@ -69,11 +71,13 @@ pub fn read(body: &str, files: &MatrixFiles) -> Result<GivenMatrices, MatrixFile
     };
     let matrix = |file: &MatrixFile, quantity| -> Result<NamedMatrix, MatrixFilesError> {
         let bytes = bytes(&file.path)?;
-        let all = parse(&file.path, &bytes).map_err(wrong)?;
-        all.choose(quantity, file.name.as_deref()).map_err(wrong)
+        let matrices = parse(&file.path, &bytes).map_err(wrong)?;
+        matrices
+            .choose(quantity, file.name.as_deref())
+            .map_err(wrong)
     };
-    let stiffness = matrix(&files.stiffness, Quantity::Stiffness)?;
-    let mass = matrix(&files.mass, Quantity::Mass)?;
+    let stiffness = matrix(&files.stiffness, MatrixQuantity::Stiffness)?;
+    let mass = matrix(&files.mass, MatrixQuantity::Mass)?;
     let rows = match (&files.rows, &stiffness.rows) {
         (Some(path), _) => parse_rows(path, &bytes(path)?).map_err(wrong)?,
         (None, Some(rows)) => rows.clone(),
@@ -84,7 +88,7 @@ pub fn read(body: &str, files: &MatrixFiles) -> Result<GivenMatrices, MatrixFile
     };
     // A file that names its rows leaves out those without entries.
     let on_these = |matrix: NamedMatrix| match matrix.rows {
-        Some(_) => on_rows(matrix, &rows).map_err(wrong),
+        Some(_) => expand_to_rows(matrix, &rows).map_err(wrong),
         None => Ok(matrix.matrix),
     };
     let both = (on_these(stiffness)?, on_these(mass)?);

@@ -25,18 +25,18 @@ pub fn read(path: &Path, units: impl Into<Units>) -> Result<Mesh, MeshError> {
 
 /// The mesh file itself and the files that it includes, as far as they can be read.
 pub fn files(path: &Path) -> Vec<PathBuf> {
-    let mut all = vec![path.to_path_buf()];
+    let mut paths = vec![path.to_path_buf()];
     let mut include = |name: &str| {
         let file = included(path, name);
-        let found = self::bytes(&file);
-        all.push(file);
-        found
+        let content = self::bytes(&file);
+        paths.push(file);
+        content
     };
     if let Ok(bytes) = bytes(path) {
         // What is wrong with it is said when it is read for its mesh.
         let _ = formats::parse(&bytes, &path.to_string_lossy(), &mut include);
     }
-    all
+    paths
 }
 
 /// File that the deck at `path` includes, perhaps with the backslashes of Windows between folders.

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use dovetail_export::words::{quantity, vector};
 use dovetail_solver::results::rigid_motion::BodyMotion;
-use dovetail_solver::results::rigid_motion::Kind;
+use dovetail_solver::results::rigid_motion::RigidMotionKind;
 
 /// Text if there is no mesh, or if the motion of the bodies was not recovered.
 const UNKNOWN: &str = "the bodies";
@@ -36,10 +36,10 @@ fn listed(words: impl Iterator<Item = String>) -> String {
     words.join(" and ")
 }
 
-fn kind_words(kind: Kind) -> String {
+fn kind_words(kind: RigidMotionKind) -> String {
     match kind {
-        Kind::Along(direction) => format!("along {}", direction_words(direction)),
-        Kind::About { axis, through_m } => format!(
+        RigidMotionKind::Along(direction) => format!("along {}", direction_words(direction)),
+        RigidMotionKind::About { axis, through_m } => format!(
             "about {} through ({})",
             direction_words(axis),
             through_m.map(|c| quantity(c, "m", 3)).join(", ")
@@ -75,7 +75,7 @@ mod tests {
             direction_words([0.9063, 0.42262, 1e-9]),
             "(0.906, 0.423, 0)"
         );
-        let about = Kind::About {
+        let about = RigidMotionKind::About {
             axis: [0.0, 0.0, 1.0],
             through_m: [0.0, 12.5e-3, 0.45],
         };

@@ -1,7 +1,7 @@
 //! Makes the tables of keys in docs/scene.md and docs/study.md, as Markdown.
 
 use crate::scene::entries::SCENE;
-use crate::scene::keys::{Section, Shape, Vocabulary};
+use crate::scene::keys::{SceneSection, SectionShape, Vocabulary};
 use crate::study::keys::STUDY;
 
 /// Tables of scene files: the name of each section (`top` for the top of the file, `sections` for
@@ -33,8 +33,8 @@ fn sections(vocabulary: &Vocabulary) -> String {
     let named = vocabulary.sections.iter().filter(|s| !s.name.is_empty());
     let rows = named.map(|s| {
         let heading = match s.shape {
-            Shape::Table => format!("[{}]", s.name),
-            Shape::List => format!("[[{}]]", s.name),
+            SectionShape::Table => format!("[{}]", s.name),
+            SectionShape::List => format!("[[{}]]", s.name),
         };
         format!("| `{heading}` | {} | {} |\n", s.needed, s.what)
     });
@@ -44,7 +44,7 @@ fn sections(vocabulary: &Vocabulary) -> String {
     )
 }
 
-fn keys(section: &Section) -> String {
+fn keys(section: &SceneSection) -> String {
     let rows = section.keys.iter().map(|k| {
         format!(
             "| `{}` | {} | {} | {} |\n",
@@ -70,7 +70,7 @@ mod tests {
     use crate::scene::entries::RawScene;
     use crate::study::keys::RawStudy;
 
-    fn all_sections() -> impl Iterator<Item = (&'static Vocabulary, &'static Section)> {
+    fn all_sections() -> impl Iterator<Item = (&'static Vocabulary, &'static SceneSection)> {
         [&SCENE, &STUDY]
             .into_iter()
             .flat_map(|v| v.sections.iter().map(move |s| (v, s)))

@@ -49,7 +49,7 @@ pub fn hash(scene: &Scene, scene_file: &Path) -> Option<String> {
         // Only Unicode can be serialised.
         *path = relative.to_string_lossy().into_owned().into();
     });
-    let hash = inputs::of_scene(&scene, &contents)?;
+    let hash = inputs::scene_hash(&scene, &contents)?;
     Some(blake3::Hash::from_bytes(hash).to_string())
 }
 

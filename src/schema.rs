@@ -5,8 +5,8 @@
 use serde_json::{Map, Value, json};
 
 use crate::scene::entries::SCENE;
-use crate::scene::keys::{Key, Section, Shape, Vocabulary};
-use crate::scene::kinds::{Kind, Limits};
+use crate::scene::keys::{Key, SceneSection, SectionShape, Vocabulary};
+use crate::scene::kinds::{Limits, ValueKind};
 use crate::study::keys::STUDY;
 
 /// Schema of scene files.
@@ -51,7 +51,7 @@ fn properties(vocabulary: &Vocabulary, name: &str, keys: &'static [Key]) -> Map<
     keys.chain(inside).collect()
 }
 
-fn section(vocabulary: &Vocabulary, section: &Section) -> Value {
+fn section(vocabulary: &Vocabulary, section: &SceneSection) -> Value {
     let properties = properties(vocabulary, section.name, section.keys);
     let table = json!({
         "type": "object",
@@ -61,8 +61,10 @@ fn section(vocabulary: &Vocabulary, section: &Section) -> Value {
     });
     let description = format!("{} ({})", section.what, section.needed.replace('`', ""));
     match section.shape {
-        Shape::Table => with(table, [("description", description.into())]),
-        Shape::List => json!({ "type": "array", "items": table, "description": description }),
+        SectionShape::Table => extend_schema(table, [("description", description.into())]),
+        SectionShape::List => {
+            json!({ "type": "array", "items": table, "description": description })
+        }
     }
 }
 
@@ -72,7 +74,7 @@ fn value(key: &Key) -> Value {
     if let Some(default) = key.default_value() {
         about.extend(serde_json::to_value(default).ok().map(|v| ("default", v)));
     }
-    with(of_kind(key.kind), about)
+    extend_schema(kind_schema(key.kind), about)
 }
 
 /// Type and unit, limits and meaning, and the default of a key.
@@ -85,60 +87,62 @@ fn description(key: &Key) -> String {
     };
     let parts = [
         key.kind.to_string(),
-        without_links(&key.limits_and_meaning()),
+        strip_links(&key.limits_and_meaning()),
         default,
     ];
     parts.join("; ")
 }
 
-fn of_kind(kind: Kind) -> Value {
+fn kind_schema(kind: ValueKind) -> Value {
     match kind {
-        Kind::Text(_) => json!({ "type": "string" }),
-        Kind::Name => json!({
+        ValueKind::Text(_) => json!({ "type": "string" }),
+        ValueKind::Name => json!({
             "type": "string",
             "pattern": "^[A-Za-z][A-Za-z0-9_-]*$",
             "maxLength": 100,
         }),
-        Kind::Choice(words) => json!({ "type": "string", "enum": words }),
-        Kind::Texts(_) => json!({ "type": "array", "items": { "type": "string" } }),
-        Kind::Choices(words) => json!({
+        ValueKind::Choice(words) => json!({ "type": "string", "enum": words }),
+        ValueKind::Texts(_) => json!({ "type": "array", "items": { "type": "string" } }),
+        ValueKind::Choices(words) => json!({
             "type": "array",
             "items": { "type": "string", "enum": words },
             "minItems": 1,
         }),
-        Kind::Number(_, limits) => with(json!({ "type": "number" }), of_limits(limits)),
-        Kind::Whole(least, most) => {
+        ValueKind::Number(_, limits) => {
+            extend_schema(json!({ "type": "number" }), limit_words(limits))
+        }
+        ValueKind::Whole(least, most) => {
             let most = most.map(|most| ("maximum", most.into()));
             let ends = [("minimum", least.unwrap_or(0).into())];
-            with(json!({ "type": "integer" }), ends.into_iter().chain(most))
+            extend_schema(json!({ "type": "integer" }), ends.into_iter().chain(most))
         }
-        Kind::Numbers(count, _) => json!({
+        ValueKind::Numbers(count, _) => json!({
             "type": "array",
             "items": { "type": "number" },
             "minItems": count,
             "maxItems": count,
         }),
-        Kind::NumberList(_, limits) => json!({
+        ValueKind::NumberList(_, limits) => json!({
             "type": "array",
-            "items": with(json!({ "type": "number" }), of_limits(limits)),
+            "items": extend_schema(json!({ "type": "number" }), limit_words(limits)),
             "minItems": 1,
         }),
-        Kind::NumberOrList(_, limits) => {
-            let number = with(json!({ "type": "number" }), of_limits(limits));
+        ValueKind::NumberOrList(_, limits) => {
+            let number = extend_schema(json!({ "type": "number" }), limit_words(limits));
             let list = json!({ "type": "array", "items": number, "minItems": 1 });
             json!({ "anyOf": [number, list] })
         }
-        Kind::NumberTable => json!({
+        ValueKind::NumberTable => json!({
             "type": "object",
             "additionalProperties": { "type": "number" },
         }),
-        Kind::Flag => json!({ "type": "boolean" }),
-        Kind::List => json!({ "type": "array", "minItems": 1 }),
-        Kind::Any(_) => json!({}),
+        ValueKind::Flag => json!({ "type": "boolean" }),
+        ValueKind::List => json!({ "type": "array", "minItems": 1 }),
+        ValueKind::Any(_) => json!({}),
     }
 }
 
-fn of_limits(limits: Limits) -> Vec<(&'static str, Value)> {
+fn limit_words(limits: Limits) -> Vec<(&'static str, Value)> {
     let Limits { above, below, from } = limits;
     let least = if from { "minimum" } else { "exclusiveMinimum" };
     let ends = [(least, above), ("exclusiveMaximum", below)];
@@ -147,7 +151,10 @@ fn of_limits(limits: Limits) -> Vec<(&'static str, Value)> {
 }
 
 /// Schema with further words added.
-fn with(mut schema: Value, words: impl IntoIterator<Item = (&'static str, Value)>) -> Value {
+fn extend_schema(
+    mut schema: Value,
+    words: impl IntoIterator<Item = (&'static str, Value)>,
+) -> Value {
     if let Some(object) = schema.as_object_mut() {
         object.extend(words.into_iter().map(|(word, v)| (word.to_owned(), v)));
     }
@@ -155,7 +162,7 @@ fn with(mut schema: Value, words: impl IntoIterator<Item = (&'static str, Value)
 }
 
 /// Text with `text` in place of `[text](target)`, as an editor cannot follow links of the book.
-fn without_links(text: &str) -> String {
+fn strip_links(text: &str) -> String {
     let mut plain = String::new();
     let mut rest = text;
     while let Some((before, after)) = rest.split_once('[') {
@@ -186,7 +193,7 @@ mod tests {
     use crate::scene::entries::tests::{all_keys, probes, scene_with, wrong_types};
     use crate::scene::parse;
 
-    fn takes(schema: &Value, file: &toml::Table) -> bool {
+    fn is_valid(schema: &Value, file: &toml::Table) -> bool {
         let (mut schemas, mut compiler) = (boon::Schemas::new(), boon::Compiler::new());
         compiler
             .add_resource("memory.json", schema.clone())
@@ -197,7 +204,7 @@ mod tests {
     }
 
     /// The file with a key of a section set or removed.
-    fn changed(text: &str, section: &Section, key: &Key, value: Option<&str>) -> toml::Table {
+    fn changed(text: &str, section: &SceneSection, key: &Key, value: Option<&str>) -> toml::Table {
         let mut file: toml::Table = text.parse().unwrap();
         let table = table_of(&mut file, section);
         if let Some(value) = value {
@@ -210,7 +217,7 @@ mod tests {
     }
 
     /// The table of a section, or of the first item of a list.
-    fn table_of<'a>(file: &'a mut toml::Table, section: &Section) -> &'a mut toml::Table {
+    fn table_of<'a>(file: &'a mut toml::Table, section: &SceneSection) -> &'a mut toml::Table {
         let mut table = file;
         for word in section.name.split('.') {
             let inner = match &mut table[word] {
@@ -234,7 +241,7 @@ mod tests {
             let text = scene_with(section.name, key.name);
             let (inside, outside) = probes(key.kind).unwrap_or_default();
             let words = match key.kind {
-                Kind::Choice(words) => words.iter().map(|w| format!("\"{w}\"")).collect(),
+                ValueKind::Choice(words) => words.iter().map(|w| format!("\"{w}\"")).collect(),
                 _ => vec![],
             };
             let wrong = wrong_types(key.kind).iter().map(|w| (*w).to_owned());
@@ -247,17 +254,17 @@ mod tests {
                 let file = changed(&text, section, key, value.map(String::as_str));
                 if program_takes(&file) {
                     taken += 1;
-                    assert!(takes(&schema, &file), "{} = {value:?}", key.name);
+                    assert!(is_valid(&schema, &file), "{} = {value:?}", key.name);
                 }
             }
             for value in outside.filter(|value| !value.contains("inf")) {
                 refused += 1;
                 let file = changed(&text, section, key, Some(&value));
-                assert!(!takes(&schema, &file), "{} = {value}", key.name);
+                assert!(!is_valid(&schema, &file), "{} = {value}", key.name);
             }
             if key.is_required() {
                 let file = changed(&text, section, key, None);
-                assert!(!takes(&schema, &file), "without {}", key.name);
+                assert!(!is_valid(&schema, &file), "without {}", key.name);
             }
         }
         assert!(
@@ -270,15 +277,15 @@ mod tests {
     fn a_key_that_is_none_is_refused() {
         for (section, key) in all_keys() {
             let mut file: toml::Table = scene_with(section.name, key.name).parse().unwrap();
-            assert!(takes(&scene(), &file), "{}.{}", section.name, key.name);
+            assert!(is_valid(&scene(), &file), "{}.{}", section.name, key.name);
             table_of(&mut file, section).insert(format!("{}_", key.name), 1.into());
-            assert!(!takes(&scene(), &file), "{}.{}_", section.name, key.name);
+            assert!(!is_valid(&scene(), &file), "{}.{}_", section.name, key.name);
         }
     }
 
     #[test]
     fn descriptions_have_no_links_and_keep_brackets() {
-        let found = without_links("`[from, to]`, see [the page](a.md#b) and [c](d.md)");
+        let found = strip_links("`[from, to]`, see [the page](a.md#b) and [c](d.md)");
         assert_eq!(found, "`[from, to]`, see the page and c");
         let all = format!("{}{}", scene(), study());
         assert!(!all.contains("](") && all.contains("number, Pa; greater than 0; Young's modulus"));

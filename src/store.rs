@@ -6,11 +6,11 @@ use std::sync::Arc;
 
 use crate::files::SharedFiles;
 use crate::reporter::Reporter;
-use dovetail_cache::{Cache, Turn, inputs};
+use dovetail_cache::{Cache, EntryClaim, inputs};
 use dovetail_export::warning::Weight;
 use dovetail_solver::dlft::SolvedFrequency;
 use dovetail_solver::run::{
-    Entry, Key, Place, RecordInputs, RecordKey, Recorded, ReductionInputs, Store,
+    RecordInputs, RecordKey, Recorded, ReductionInputs, ReductionKey, Store, StoreEntry, StoreSlot,
 };
 
 /// Store of a run: its cache and its files.
@@ -20,7 +20,7 @@ pub struct RunStore<'r, 'c> {
     files: Option<Arc<SharedFiles>>,
     reporter: &'r Reporter<'c>,
     /// Right to make the missing reduction, until it is kept.
-    turn: Option<Turn>,
+    turn: Option<EntryClaim>,
     /// True if a frequency could not be kept, which is reported only once.
     not_kept: bool,
 }
@@ -39,19 +39,19 @@ impl<'r, 'c> RunStore<'r, 'c> {
 }
 
 impl Store for RunStore<'_, '_> {
-    fn key(&mut self, inputs: &ReductionInputs) -> Option<Key> {
+    fn key(&mut self, inputs: &ReductionInputs) -> Option<ReductionKey> {
         self.cache.reduction_key(inputs)
     }
 
-    fn load(&mut self, key: &Key, place: Place<'_>) {
+    fn load(&mut self, key: &ReductionKey, place: StoreSlot<'_>) {
         if let Some(turn) = self.cache.load(key, place, self.reporter) {
             self.turn = Some(turn);
         }
     }
 
-    fn keep(&mut self, key: &Key, entry: Entry<'_>) {
+    fn keep(&mut self, key: &ReductionKey, entry: StoreEntry<'_>) {
         self.cache.keep(key, entry, self.reporter);
-        if matches!(entry, Entry::Reduction(..)) {
+        if matches!(entry, StoreEntry::Reduction(..)) {
             self.turn = None;
         }
     }
@@ -59,13 +59,13 @@ impl Store for RunStore<'_, '_> {
     fn records(&mut self, inputs: &RecordInputs<'_>) -> ControlFlow<(), Recorded> {
         let files = self.files.as_ref();
         let Some((files, hash)) =
-            files.and_then(|files| Some((files, inputs::of_records(inputs)?)))
+            files.and_then(|files| Some((files, inputs::records_hash(inputs)?)))
         else {
             return ControlFlow::Continue(Recorded::default());
         };
         let key = inputs.key(hash);
         let earlier = files.locked().records(&key);
-        let earlier = self.reporter.unless_failed(earlier)?;
+        let earlier = self.reporter.stop_on_error(earlier)?;
         if let Some(note) = note(inputs, earlier.len()) {
             self.reporter.note(&note);
         }
@@ -90,7 +90,7 @@ impl Store for RunStore<'_, '_> {
                 }
                 ControlFlow::Continue(())
             }
-            (_, kept) => self.reporter.unless_failed(kept),
+            (_, kept) => self.reporter.stop_on_error(kept),
         }
     }
 }

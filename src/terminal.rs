@@ -54,7 +54,7 @@ pub fn rendered(error: &dyn Diagnostic, on_terminal: bool) -> String {
     } else {
         options.unicode(false).color(false).width(110).build()
     };
-    Rendered(&handler, &Shown::of(error)).to_string()
+    Rendered(&handler, &Shown::new(error)).to_string()
 }
 
 struct Rendered<'a>(&'a dyn ReportHandler, &'a Shown<'a>);
@@ -86,20 +86,20 @@ struct Cause {
 }
 
 impl<'a> Shown<'a> {
-    fn of(error: &'a dyn Diagnostic) -> Self {
+    fn new(error: &'a dyn Diagnostic) -> Self {
         let labels: Vec<LabeledSpan> = error.labels().into_iter().flatten().collect();
         let (source, labels) = match error.source_code() {
             Some(source) => shown_source(source, labels),
             None => (None, Vec::new()),
         };
         let mut others = error.related().into_iter().flatten();
-        let mut related: Vec<Self> = others.by_ref().take(MOST_RELATED).map(Self::of).collect();
+        let mut related: Vec<Self> = others.by_ref().take(MOST_RELATED).map(Self::new).collect();
         let more = others.count();
         if more > 0 {
             related.push(Self::message(format!("{more} more errors are not shown")));
         }
         Self {
-            cause: Cause::of(error.source(), &error.to_string(), MOST_CAUSES),
+            cause: Cause::find(error.source(), &error.to_string(), MOST_CAUSES),
             severity: error.severity(),
             help: error.help().map(|help| text::plain(&help.to_string())),
             source,
@@ -124,7 +124,7 @@ impl<'a> Shown<'a> {
 
 impl Cause {
     /// Cause of an error with the message `said`. A cause whose message is part of it is skipped.
-    fn of(
+    fn find(
         error: Option<&(dyn std::error::Error + 'static)>,
         said: &str,
         most: usize,
@@ -132,10 +132,10 @@ impl Cause {
         let error = error.filter(|_| most > 0)?;
         let message = error.to_string();
         if said.contains(&message) {
-            return Self::of(error.source(), said, most - 1);
+            return Self::find(error.source(), said, most - 1);
         }
         Some(Self {
-            cause: Self::of(error.source(), &message, most - 1).map(Box::new),
+            cause: Self::find(error.source(), &message, most - 1).map(Box::new),
             message: text::plain(&message),
         })
     }
@@ -236,7 +236,7 @@ fn shown_source(
         return (Some(ShownSource::Whole(Borrowed(source))), labels);
     }
     let primary = labels.iter().find(|l| l.primary()).or(labels.first());
-    match primary.and_then(|label| Line::around(source, label)) {
+    match primary.and_then(|label| Line::find(source, label)) {
         Some((line, label)) => (Some(ShownSource::Line(line)), vec![label]),
         None => (None, Vec::new()),
     }
@@ -255,7 +255,7 @@ struct Line {
 
 impl Line {
     /// Part of the line in which a label begins, around the label, and the label in it.
-    fn around(source: &dyn SourceCode, label: &LabeledSpan) -> Option<(Self, LabeledSpan)> {
+    fn find(source: &dyn SourceCode, label: &LabeledSpan) -> Option<(Self, LabeledSpan)> {
         let place = source.read_span(label.inner(), 0, 0).ok()?;
         let around = source.read_span(label.inner(), 1, 1).ok()?;
         let at = label.offset().checked_sub(around.span().offset())?;

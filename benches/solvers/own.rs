@@ -24,7 +24,7 @@ use std::time::Instant;
 
 use dovetail::mesh_files;
 use dovetail::scene;
-use dovetail_numerics::eigen::{Last, Modes, modes_by_arpack, modes_by_blocks};
+use dovetail_numerics::eigen::{LastModes, Modes, modes_by_arpack, modes_by_blocks};
 use dovetail_numerics::sparse::{
     Symbolic, negative_eigenvalues, nested_dissection, submatrix, sum, symbolic_view, times, view,
 };
@@ -252,8 +252,15 @@ fn inertia(k: &CscMatrix<f64>, m: &CscMatrix<f64>, program: &str) {
 fn modes(k: &CscMatrix<f64>, m: &CscMatrix<f64>, program: &str) {
     let factor = Symbolic::analyse(k).unwrap().cholesky(k).unwrap();
     let found = timed(&format!("{MODES} modes"), || match program {
-        "arpack" => modes_by_arpack(k, m, MODES, &factor, Last::Given),
-        _ => modes_by_blocks(k, m, MODES, &factor, &Modes::none(k.ncols()), Last::Given),
+        "arpack" => modes_by_arpack(k, m, MODES, &factor, LastModes::Given),
+        _ => modes_by_blocks(
+            k,
+            m,
+            MODES,
+            &factor,
+            &Modes::none(k.ncols()),
+            LastModes::Given,
+        ),
     });
     let hertz = found.unwrap().frequencies_hz();
     println!("{:.6} to {:.6} Hz", hertz[0], hertz[MODES - 1]);

@@ -74,7 +74,7 @@ fn group(group: &Group, mesh: &Mesh) {
         _ => return assert!(group.elements.is_empty()),
     };
     for element in &group.elements {
-        let nodes = list.of(*element as usize);
+        let nodes = list.element_nodes(*element as usize);
         assert!(nodes.iter().all(|n| group.nodes.binary_search(n).is_ok()));
     }
 }

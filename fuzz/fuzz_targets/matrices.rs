@@ -6,7 +6,7 @@ mod limits;
 
 use std::path::Path;
 
-use dovetail_matrices::{Quantity, on_rows, parse, parse_rows};
+use dovetail_matrices::{MatrixQuantity, expand_to_rows, parse, parse_rows};
 
 libfuzzer_sys::fuzz_target!(|bytes: &[u8]| limits::hold(bytes, read));
 
@@ -17,7 +17,7 @@ fn read(bytes: &[u8]) {
         Err(error) => assert!(error.to_string().len() < 2_000),
     }
     for name in [None, Some("K")] {
-        if let Err(error) = parse(path, bytes).and_then(|m| m.choose(Quantity::Mass, name)) {
+        if let Err(error) = parse(path, bytes).and_then(|m| m.choose(MatrixQuantity::Mass, name)) {
             assert!(error.to_string().len() < 2_000);
         }
     }
@@ -39,7 +39,7 @@ fn read(bytes: &[u8]) {
         );
         if let Some(rows) = &found.rows {
             assert!(rows.len() == matrix.nrows() && rows.len() == matrix.ncols());
-            match on_rows(found.clone(), rows) {
+            match expand_to_rows(found.clone(), rows) {
                 Ok(same) => assert!(same == *matrix),
                 // Abaqus' list of nodes may have one twice.
                 Err(error) => assert!(error.to_string().contains("each may have one row")),

@@ -146,7 +146,7 @@ pub(super) enum Command {
     New(New),
     /// The whole chain: mesh, static state, response, fields and plots
     #[command(after_help = RUN_HELP)]
-    Run(Run),
+    Run(RunArguments),
     /// List the groups and materials of a mesh file, for a scene to name
     #[command(after_help = "Example:\n  dovetail groups my_part.inp")]
     Groups(MeshFile),
@@ -155,7 +155,7 @@ pub(super) enum Command {
     Mesh(SceneFile),
     /// Up to the modes of the stuck assembly; over the speed (Campbell)
     #[command(after_help = "Example:\n  dovetail modes scene.toml --rpm 0:8000:9")]
-    Modes(Modes),
+    Modes(ModesArguments),
     /// Up to the reduced model, which [reduced_model] of a scene reads
     #[command(after_help = "Example:\n  dovetail reduce scene.toml --out my_model")]
     Reduce(Reduce),
@@ -242,7 +242,7 @@ pub(super) struct StudyArguments {
     pub(super) study: PathBuf,
 
     /// Cases side by side [default: one per core]; each takes --threads [default: 1]
-    #[arg(long, value_name = "N", value_parser = at_least_1)]
+    #[arg(long, value_name = "N", value_parser = parse_positive)]
     jobs: Option<usize>,
 
     /// Run nothing: answer with the cases that are there
@@ -325,7 +325,7 @@ pub(super) struct Static {
 }
 
 #[derive(Debug, Args)]
-pub(super) struct Run {
+pub(super) struct RunArguments {
     #[command(flatten)]
     pub(super) file: SceneFile,
 
@@ -362,7 +362,7 @@ pub(super) struct Run {
     pub(super) until_stdin_ends: bool,
 }
 
-impl Run {
+impl RunArguments {
     pub(super) fn further_plots(&self) -> Vec<FurtherPlot> {
         let kind = |plot: &Plot| match plot {
             Plot::Logarithmic => FurtherPlot::Logarithmic,
@@ -373,7 +373,7 @@ impl Run {
 }
 
 #[derive(Debug, Args)]
-pub(super) struct Modes {
+pub(super) struct ModesArguments {
     #[command(flatten)]
     pub(super) file: SceneFile,
 
@@ -453,7 +453,7 @@ pub(super) struct CurveArguments {
 }
 
 impl CurveArguments {
-    pub(super) fn asked(&self) -> AskedCurve {
+    pub(super) fn request(&self) -> AskedCurve {
         AskedCurve {
             over: self.over.clone(),
             frequency_hz: self.frequency,
@@ -488,7 +488,7 @@ pub(super) struct BackboneArguments {
 }
 
 impl BackboneArguments {
-    pub(super) fn asked(&self) -> AskedBackbone {
+    pub(super) fn request(&self) -> AskedBackbone {
         AskedBackbone {
             mode: self.mode,
             amplitudes_m: self.amplitude.values_m(self.points),
@@ -524,7 +524,7 @@ pub(super) struct WearArguments {
 }
 
 impl WearArguments {
-    pub(super) fn asked(&self) -> Result<AskedWear, Error> {
+    pub(super) fn request(&self) -> Result<AskedWear, Error> {
         if let Some(two) = self.cycles.windows(2).find(|two| two[0] >= two[1]) {
             let [from, to] = [two[0], two[1]];
             return Err(Error::CyclesDescend { from, to });
@@ -584,7 +584,7 @@ fn positive(text: &str) -> Result<f64, String> {
     }
 }
 
-fn at_least_1(text: &str) -> Result<usize, String> {
+fn parse_positive(text: &str) -> Result<usize, String> {
     match text.parse::<usize>() {
         Ok(v) if v >= 1 => Ok(v),
         _ => Err("a whole number of at least 1 is expected".to_owned()),
@@ -594,22 +594,22 @@ fn at_least_1(text: &str) -> Result<usize, String> {
 fn mode_choice(text: &str) -> Result<ModeChoice, String> {
     match text {
         "shape" => Ok(ModeChoice::LargestShape),
-        number => at_least_1(number)
+        number => parse_positive(number)
             .map(ModeChoice::Number)
             .map_err(|expected| format!("{expected}, or `shape`")),
     }
 }
 
 fn steps_of_a_period(text: &str) -> Result<usize, String> {
-    whole(text, LEAST_STEPS..=MOST_STEPS)
+    parse_whole_number(text, LEAST_STEPS..=MOST_STEPS)
 }
 
 fn periods(text: &str) -> Result<usize, String> {
-    whole(text, 1..=MOST_PERIODS)
+    parse_whole_number(text, 1..=MOST_PERIODS)
 }
 
 fn engine_order(text: &str) -> Result<usize, String> {
-    whole(text, 1..=1000)
+    parse_whole_number(text, 1..=1000)
 }
 
 fn wear_tolerance(text: &str) -> Result<f64, String> {
@@ -621,13 +621,13 @@ fn wear_tolerance(text: &str) -> Result<f64, String> {
 }
 
 fn amplitudes(text: &str) -> Result<usize, String> {
-    whole(text, 2..=MOST_AMPLITUDES)
+    parse_whole_number(text, 2..=MOST_AMPLITUDES)
 }
 fn frames(text: &str) -> Result<usize, String> {
-    whole(text, 2..=999)
+    parse_whole_number(text, 2..=999)
 }
 
-fn whole(text: &str, range: RangeInclusive<usize>) -> Result<usize, String> {
+fn parse_whole_number(text: &str, range: RangeInclusive<usize>) -> Result<usize, String> {
     match text.parse::<usize>() {
         Ok(v) if range.contains(&v) => Ok(v),
         _ => Err(format!(
@@ -639,7 +639,7 @@ fn whole(text: &str, range: RangeInclusive<usize>) -> Result<usize, String> {
 }
 
 impl VerifyArguments {
-    pub(super) fn asked(&self) -> Verification {
+    pub(super) fn request(&self) -> Verification {
         Verification {
             frequencies_hz: self.at.clone(),
             steps_per_period: self.steps,
@@ -696,7 +696,7 @@ mod tests {
         let Command::Verify(arguments) = cli.command else {
             panic!("not verify");
         };
-        let asked = arguments.asked();
+        let asked = arguments.request();
         assert_eq!(asked.frequencies_hz, [450.1, 451.0, 452.0]);
         assert_eq!((asked.periods, asked.from_rest), (Some(5), true));
     }

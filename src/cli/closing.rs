@@ -18,7 +18,12 @@ const LEAST_SHARE: f64 = 0.1;
 const WIDTHS: [usize; 2] = [14, 16];
 
 /// Last lines of a run; one line if the verbosity is quiet.
-pub(super) fn of(run: &Run, summary: &Summary, folder: &Path, verbosity: Verbosity) -> String {
+pub(super) fn closing_lines(
+    run: &Run,
+    summary: &Summary,
+    folder: &Path,
+    verbosity: Verbosity,
+) -> String {
     let observed = run.reduced.observations();
     let response = summary.response.as_ref();
     let peaks = response.map(|response| response.peaks_of(&observed).collect());
@@ -204,7 +209,7 @@ fn static_words(state: &StaticSummary) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use dovetail_solver::reduced::Quantity;
+    use dovetail_solver::reduced::ObservedQuantity;
     use dovetail_solver::run::Stage;
 
     #[test]
@@ -216,7 +221,7 @@ mod tests {
         };
         let observed = ["tip_le", "tip_of_trailing_edge", "tip"].map(|name| Observed {
             name: name.to_owned(),
-            quantity: Quantity::Displacement,
+            quantity: ObservedQuantity::Displacement,
         });
         let peaks = observed.each_ref().map(|observed| (observed, &peak));
         let told = lines(

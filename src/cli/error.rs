@@ -9,7 +9,7 @@ use thiserror::Error;
 
 use crate::error::RunError;
 use crate::exit::ExitStatus;
-use crate::scene::{Problem, SceneError, located};
+use crate::scene::{SceneError, SceneProblem, located};
 use crate::study::StudyError;
 use dovetail_cache::EnvironmentError;
 use dovetail_solver::memory::TooLittle;
@@ -29,7 +29,7 @@ pub enum Error {
     /// Error of a run about a place in the scene.
     #[error(transparent)]
     #[diagnostic(transparent)]
-    Located(Box<Located>),
+    Located(Box<LocatedError>),
 
     #[error(transparent)]
     #[diagnostic(transparent)]
@@ -104,12 +104,12 @@ pub enum Error {
 /// Error of a run, with the place in the scene that it is about.
 #[derive(Debug, Error)]
 #[error("{error}")]
-pub struct Located {
+pub struct LocatedError {
     error: RunError,
-    place: Problem,
+    place: SceneProblem,
 }
 
-impl Diagnostic for Located {
+impl Diagnostic for LocatedError {
     fn help<'a>(&'a self) -> Option<Box<dyn fmt::Display + 'a>> {
         self.error.help()
     }
@@ -135,7 +135,7 @@ impl Error {
             _ => None,
         };
         match place {
-            Some(place) => Self::Located(Box::new(Located { error, place })),
+            Some(place) => Self::Located(Box::new(LocatedError { error, place })),
             None => Self::Run(error),
         }
     }

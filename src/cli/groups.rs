@@ -18,7 +18,7 @@ const MOST_OF_A_COLUMN: usize = 40;
 ///
 /// # Errors
 /// The file cannot be read.
-pub(super) fn of(path: &Path, console: &mut Console) -> Result<String, Error> {
+pub(super) fn list(path: &Path, console: &mut Console) -> Result<String, Error> {
     // Its numbers are shown as they are: one unit of the file is a metre here.
     let mesh = mesh_files::read(path, 1.0).map_err(RunError::from)?;
     for remark in &mesh.remarks {
@@ -47,8 +47,8 @@ fn table(mesh: &Mesh) -> String {
     text += &format!("{}, in the unit of the file\n", extents.join(", "));
     let mut rows: Vec<[String; 3]> = Vec::new();
     for (dimension, kind) in [(3, "volume"), (2, "surface"), (1, "curve"), (0, "point")] {
-        let own = mesh.groups.iter().filter(|(_, g)| g.dimension == dimension);
-        rows.extend(own.map(|(name, group)| [kind.to_owned(), name.clone(), size(group)]));
+        let groups = mesh.groups.iter().filter(|(_, g)| g.dimension == dimension);
+        rows.extend(groups.map(|(name, group)| [kind.to_owned(), name.clone(), size(group)]));
     }
     for material in &mesh.materials {
         let properties = [

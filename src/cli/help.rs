@@ -22,13 +22,14 @@ fn command() -> clap::Command {
     let command = Cli::command().max_term_width(WIDTH);
     let shared: Vec<Arg> = shared(&command).map(|arg| arg.clone().hide(true)).collect();
     command.mut_subcommands(|sub| {
-        let own = sub.get_after_help().map(ToString::to_string);
+        let help = sub.get_after_help().map(ToString::to_string);
         let more = if takes_shared(sub.get_name()) {
             "\n\nOptions of all commands, such as --out and --threads: dovetail --help"
         } else {
             ""
         };
-        sub.args(&shared).after_help(own.unwrap_or_default() + more)
+        sub.args(&shared)
+            .after_help(help.unwrap_or_default() + more)
     })
 }
 
@@ -47,12 +48,12 @@ fn takes_shared(name: &str) -> bool {
 /// An invalid command line; also help and version.
 pub(super) fn parsed(words: impl IntoIterator<Item = OsString>) -> Result<Cli, clap::Error> {
     let matches = command().try_get_matches_from(words)?;
-    without_effect(&matches)?;
+    refuse_unused_options(&matches)?;
     Cli::from_arg_matches(&matches)
 }
 
 /// Refuses options of commands about scenes for other commands.
-fn without_effect(matches: &ArgMatches) -> Result<(), clap::Error> {
+fn refuse_unused_options(matches: &ArgMatches) -> Result<(), clap::Error> {
     let Some((name, given)) = matches.subcommand() else {
         return Ok(());
     };
@@ -101,12 +102,12 @@ impl Command {
     /// File of the scene of the command.
     pub(super) fn scene(&self) -> Option<&Path> {
         use super::arguments::{
-            BackboneArguments, CurveArguments, Modes, PeaksArguments, Reduce, Run, Static,
-            VerifyArguments, WearArguments,
+            BackboneArguments, CurveArguments, ModesArguments, PeaksArguments, Reduce,
+            RunArguments, Static, VerifyArguments, WearArguments,
         };
         match self {
-            Self::Run(Run { file, .. })
-            | Self::Modes(Modes { file, .. })
+            Self::Run(RunArguments { file, .. })
+            | Self::Modes(ModesArguments { file, .. })
             | Self::Peaks(PeaksArguments { file, .. })
             | Self::Curve(CurveArguments { file, .. })
             | Self::Backbone(BackboneArguments { file, .. })

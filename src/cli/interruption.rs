@@ -14,7 +14,7 @@ use crate::exit::ExitStatus;
 /// Action before the process ends; its argument is the name of the cause.
 type LastWord = Arc<dyn Fn(&str) + Send + Sync>;
 
-/// Begins to catch Ctrl-C and SIGTERM; they wait until [`on_signals`] is called.
+/// Begins to catch Ctrl-C and SIGTERM; they wait until [`handle_signals`] is called.
 ///
 /// # Errors
 /// The system does not permit the handling of signals.
@@ -27,21 +27,24 @@ pub(super) fn signals() -> io::Result<Signals> {
 ///
 /// # Errors
 /// The system starts no thread.
-pub(super) fn on_signals(mut signals: Signals, last_word: LastWord) -> io::Result<()> {
+pub(super) fn handle_signals(mut signals: Signals, last_word: LastWord) -> io::Result<()> {
     let waiting = Builder::new().spawn(move || {
         let again = AtomicBool::new(false);
         for signal in signals.forever() {
             if again.swap(true, Ordering::Relaxed) {
-                leave();
+                exit_process();
             }
             let name = if signal == SIGINT {
                 "Ctrl-C"
             } else {
                 "SIGTERM"
             };
-            let own = Arc::clone(&last_word);
+            let last_word_copy = Arc::clone(&last_word);
             // The last word may have to wait for a file that is being written.
-            if Builder::new().spawn(move || end(&own, name)).is_err() {
+            if Builder::new()
+                .spawn(move || end(&last_word_copy, name))
+                .is_err()
+            {
                 end(&last_word, name);
             }
         }
@@ -54,7 +57,7 @@ pub(super) fn on_signals(mut signals: Signals, last_word: LastWord) -> io::Resul
 ///
 /// # Errors
 /// The system starts no thread.
-pub(super) fn on_end_of_stdin(last_word: LastWord) -> io::Result<()> {
+pub(super) fn handle_end_of_stdin(last_word: LastWord) -> io::Result<()> {
     let waiting = Builder::new().spawn(move || {
         let _ = io::copy(&mut io::stdin(), &mut io::sink());
         end(&last_word, "the end of standard input");
@@ -67,13 +70,13 @@ fn end(last_word: &LastWord, name: &str) {
     struct Leaving;
     impl Drop for Leaving {
         fn drop(&mut self) {
-            leave();
+            exit_process();
         }
     }
     let _leaving = Leaving;
     last_word(name);
 }
 
-fn leave() -> ! {
+fn exit_process() -> ! {
     exit(i32::from(ExitStatus::Interrupted.code()))
 }

@@ -25,13 +25,15 @@ use std::sync::Arc;
 
 pub use self::error::Error;
 
-use self::arguments::{Cli, Command, FileKind, Modes, New, Reduce, Run, cache_settings};
-use crate::commands::{self, Work, table_of_nodal_diameters};
+use self::arguments::{
+    Cli, Command, FileKind, ModesArguments, New, Reduce, RunArguments, cache_settings,
+};
+use crate::commands::{self, Workspace, table_of_nodal_diameters};
 use crate::console::Console;
 use crate::error::RunError;
 use crate::exhaustion;
 use crate::exit::ExitStatus;
-use crate::files::{Files, Output, SharedFiles};
+use crate::files::{Output, RunFiles, SharedFiles};
 use crate::reporter::Reporter;
 use crate::scene;
 use crate::schema;
@@ -77,7 +79,7 @@ pub fn main() -> ExitCode {
 fn run(cli: &Cli) -> Result<(), Error> {
     let mut console = Console::new(cli.shared.verbosity());
     if let Some(file) = cli.command.scene() {
-        let done = about_scene(cli, file, &mut console);
+        let done = run_scene_command(cli, file, &mut console);
         return done.map_err(|error| error.located(file, &cli.shared.overrides));
     }
     let print = |text: &str| terminal::print(text).map_err(Error::Print);
@@ -95,7 +97,7 @@ fn run(cli: &Cli) -> Result<(), Error> {
                 print(&told)
             }
         }
-        Command::Groups(arguments) => print(&groups::of(&arguments.mesh, &mut console)?),
+        Command::Groups(arguments) => print(&groups::list(&arguments.mesh, &mut console)?),
         Command::Schema(arguments) => {
             let schema = match arguments.kind {
                 FileKind::Scene => schema::scene(),
@@ -120,7 +122,7 @@ fn run(cli: &Cli) -> Result<(), Error> {
     }
 }
 
-fn about_scene(cli: &Cli, file: &Path, console: &mut Console) -> Result<(), Error> {
+fn run_scene_command(cli: &Cli, file: &Path, console: &mut Console) -> Result<(), Error> {
     // Results do not depend on --threads.
     factorise_on_one_thread();
     let shared = &cli.shared;
@@ -149,7 +151,7 @@ fn about_scene(cli: &Cli, file: &Path, console: &mut Console) -> Result<(), Erro
             Command::Static(of) => of.stress_points,
             _ => false,
         },
-        further_plots: run.map_or_else(Vec::new, Run::further_plots),
+        further_plots: run.map_or_else(Vec::new, RunArguments::further_plots),
     };
     let cache = Cache::new(cache_settings(shared)?.as_ref());
     let other = if shared.force {
@@ -163,7 +165,7 @@ fn about_scene(cli: &Cli, file: &Path, console: &mut Console) -> Result<(), Erro
             held_modes,
             ..
         }) => {
-            let work = Work {
+            let work = Workspace {
                 scene: &scene,
                 folder: output.folder,
                 cache,
@@ -177,9 +179,9 @@ fn about_scene(cli: &Cli, file: &Path, console: &mut Console) -> Result<(), Erro
             // A signal that comes while the folder is opened is heard once it is.
             let signals = interruption::signals().map_err(Error::Signals)?;
             let files = files(command, &scene, &output, other)?;
-            let ended = hear_of_ends(command, &files, signals, console).and_then(|()| {
+            let ended = handle_endings(command, &files, signals, console).and_then(|()| {
                 let asked = (command, &shared.overrides[..]);
-                with_files(asked, &scene, &output, cache, &files, console)
+                run_with_files(asked, &scene, &output, cache, &files, console)
             });
             ended.inspect_err(|error| files.locked().failed(error))
         }
@@ -196,7 +198,7 @@ const MOST_THREADS_PER_CORE: usize = 4;
 fn start_threads(asked: Option<usize>) -> Result<(), Error> {
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     let threads = asked.map_or(cores, |asked| asked.min(MOST_THREADS_PER_CORE * cores));
-    memory::ask_for(threads as u64 * THREAD_BYTES)
+    memory::check_available(threads as u64 * THREAD_BYTES)
         .map_err(|source| Error::MemoryOfThreads { threads, source })?;
     rayon::ThreadPoolBuilder::new()
         .num_threads(threads)
@@ -212,17 +214,17 @@ fn files(
     other: OtherScene,
 ) -> Result<Arc<SharedFiles>, Error> {
     let beginning = match command {
-        Command::Run(Run { resume: true, .. }) => Beginning::Resumed,
+        Command::Run(RunArguments { resume: true, .. }) => Beginning::Resumed,
         Command::Run(_) | Command::Static(_) => Beginning::Anew,
         _ => Beginning::Beside,
     };
-    let files = Files::open(scene, output, other, beginning)?;
+    let files = RunFiles::open(scene, output, other, beginning)?;
     Ok(SharedFiles::new(files))
 }
 
 /// Sets up the final record in the folder for a process that ends by a signal, by the end of its
 /// input or by lack of memory.
-fn hear_of_ends(
+fn handle_endings(
     command: &Command,
     files: &Arc<SharedFiles>,
     signals: signal_hook::iterator::Signals,
@@ -236,19 +238,19 @@ fn hear_of_ends(
         };
         lines.last(&message);
     });
-    interruption::on_signals(signals, last_word.clone()).map_err(Error::Start)?;
+    interruption::handle_signals(signals, last_word.clone()).map_err(Error::Start)?;
     if matches!(command, Command::Run(arguments) if arguments.until_stdin_ends) {
-        interruption::on_end_of_stdin(last_word).map_err(Error::Start)?;
+        interruption::handle_end_of_stdin(last_word).map_err(Error::Start)?;
     }
     let out_of_memory = Arc::clone(files);
-    exhaustion::on_exhaustion(move |error| {
+    exhaustion::set_exhaustion_action(move |error| {
         out_of_memory.failed_to_end(&RunError::OutOfMemory(error));
     });
     Ok(())
 }
 
 /// Executes a command about a scene, which was loaded with these keys set: computes, writes, prints.
-fn with_files(
+fn run_with_files(
     (command, overrides): (&Command, &[String]),
     scene: &Scene,
     output: &Output,
@@ -258,7 +260,7 @@ fn with_files(
 ) -> Result<(), Error> {
     let print = |text: &str| terminal::print(text).map_err(Error::Print);
     let verbosity = console.verbosity();
-    let work = Work {
+    let work = Workspace {
         scene,
         folder: output.folder.clone(),
         cache,
@@ -284,13 +286,13 @@ fn with_files(
                 _ => work.solve(options),
             }?;
             let verdict = run.verdict().map_err(RunError::from);
-            files.locked().take_down(work.reporter.taken());
+            files.locked().record_times(work.reporter.run_times());
             files.locked().report(&run, &verdict)?;
             finish(&verdict)?;
             drop(work);
             console.end();
             let files = files.locked();
-            print(&closing::of(
+            print(&closing::closing_lines(
                 &run,
                 files.summary(),
                 files.folder(),
@@ -302,7 +304,7 @@ fn with_files(
             work.mesh()?;
             finish(&Ok(()))
         }
-        Command::Modes(Modes {
+        Command::Modes(ModesArguments {
             rpm: None,
             nodal_diameter,
             ..
@@ -317,7 +319,7 @@ fn with_files(
             )?;
             finish(&Ok(()))
         }
-        Command::Modes(Modes {
+        Command::Modes(ModesArguments {
             rpm: Some(speeds),
             orders,
             ..
@@ -332,25 +334,25 @@ fn with_files(
             Ok(verdict?)
         }
         Command::Curve(arguments) => {
-            let (table, verdict) = work.curve(&arguments.asked(), &scene_with)?;
+            let (table, verdict) = work.curve(&arguments.request(), &scene_with)?;
             finish(&verdict)?;
             print(&table)?;
             Ok(verdict?)
         }
         Command::Backbone(arguments) => {
-            let (table, verdict) = work.backbone(&arguments.asked())?;
+            let (table, verdict) = work.backbone(&arguments.request())?;
             finish(&verdict)?;
             print(&table)?;
             Ok(verdict?)
         }
         Command::Wear(arguments) => {
-            let (table, verdict) = work.wear(&arguments.asked()?)?;
+            let (table, verdict) = work.wear(&arguments.request()?)?;
             finish(&verdict)?;
             print(&table)?;
             Ok(verdict?)
         }
         Command::Verify(arguments) => {
-            let (verified, table) = work.verify(&arguments.asked())?;
+            let (verified, table) = work.verify(&arguments.request())?;
             finish(&Ok(()))?;
             print(&table)?;
             Ok(verified.verdict.map_err(RunError::from)?)
@@ -378,7 +380,7 @@ fn finish(
 ) -> Result<(), Error> {
     let folder = {
         let mut files = files.locked();
-        files.take_down(reporter.taken());
+        files.record_times(reporter.run_times());
         files.finish(verdict)?;
         files.folder().display().to_string()
     };

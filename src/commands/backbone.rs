@@ -1,7 +1,7 @@
 //! Amplitudes and table of `dovetail backbone`.
 
-use super::Work;
-use super::key_range::between_by_ratio;
+use super::Workspace;
+use super::key_range::interpolate_ratio;
 use crate::error::RunError;
 use dovetail_export::csv::BackboneRow;
 use dovetail_export::warning::Weight;
@@ -55,7 +55,7 @@ impl AmplitudeRange {
         let at = |i: usize| match i {
             0 => self.from_m,
             i if i == last => self.to_m,
-            _ => between_by_ratio([self.from_m, self.to_m], i as f64 / last as f64),
+            _ => interpolate_ratio([self.from_m, self.to_m], i as f64 / last as f64),
         };
         (0..=last).map(at).collect()
     }
@@ -72,11 +72,11 @@ pub struct AskedBackbone {
     pub observation: Option<String>,
 }
 
-impl Work<'_> {
+impl Workspace<'_> {
     /// Follows the backbone of a mode, writes it, and returns a table for the reader.
     ///
     /// # Errors
-    /// Errors of [`Work::solve`]; a mode or an observed displacement that there is not.
+    /// Errors of [`Workspace::solve`]; a mode or an observed displacement that there is not.
     pub fn backbone(
         &self,
         asked: &AskedBackbone,

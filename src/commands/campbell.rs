@@ -7,7 +7,7 @@ use dovetail_export::plots::{CampbellFamily, EngineOrders, Operation};
 use dovetail_export::words::{figure, quantity, supported_digits};
 use dovetail_solver::results::modes::ModeKind;
 use dovetail_solver::run::{
-    Campbell, Crossing, CrossingPeak, Family, NodalDiameters, PeakAt, Wave,
+    Campbell, Crossing, CrossingPeak, DiscWave, ModeFamily, NodalDiameters, PeakAt,
 };
 
 /// Highest engine order whose crossings are listed if no engine orders are requested.
@@ -153,7 +153,7 @@ impl<'a> Diagram<'a> {
             } else {
                 Vec::new()
             },
-            peaks: found_of(self.peaks)
+            peaks: found_crossings(self.peaks)
                 .map(|(crossing, at)| {
                     let place = (crossing.speed_rpm, crossing.frequency_hz);
                     (place, amplitude(at))
@@ -199,9 +199,9 @@ impl<'a> Diagram<'a> {
 }
 
 /// Crossings with their peaks.
-fn found_of(peaks: &[CrossingPeak]) -> impl Iterator<Item = (&Crossing, &PeakAt)> {
-    let found = peaks.iter();
-    found.filter_map(|peak| Some((&peak.crossing, peak.peak.as_ref().ok()?)))
+fn found_crossings(peaks: &[CrossingPeak]) -> impl Iterator<Item = (&Crossing, &PeakAt)> {
+    let crossings = peaks.iter();
+    crossings.filter_map(|peak| Some((&peak.crossing, peak.peak.as_ref().ok()?)))
 }
 
 /// Amplitude of a peak with the digits that its error supports.
@@ -227,7 +227,7 @@ pub fn table_of_peaks(observation: &str, peaks: &[CrossingPeak]) -> String {
             at.orbit.counts().opening,
         )
     };
-    let lines: String = found_of(peaks).map(line).collect();
+    let lines: String = found_crossings(peaks).map(line).collect();
     if lines.is_empty() {
         return lines;
     }
@@ -255,11 +255,11 @@ pub fn table_of_nodal_diameters(found: &NodalDiameters) -> String {
     )
 }
 
-fn wave_words(wave: Wave) -> String {
+fn wave_words(wave: DiscWave) -> String {
     format!("nodal diameter {}", wave.nodal_diameter)
 }
 
-fn title(family: &Family) -> String {
+fn title(family: &ModeFamily) -> String {
     if let Some(wave) = family.wave {
         return wave_words(wave);
     }
@@ -267,7 +267,7 @@ fn title(family: &Family) -> String {
     format!("{body}, {}", family.kind.id().replace('_', " "))
 }
 
-fn curves(family: &Family) -> CampbellFamily {
+fn curves(family: &ModeFamily) -> CampbellFamily {
     let mode = |mode: usize| {
         let point = |(rpm, f): &(f64, Option<Vec<f64>>)| Some((*rpm, *f.as_ref()?.get(mode)?));
         family.speeds.iter().filter_map(point).collect()
@@ -280,7 +280,7 @@ fn curves(family: &Family) -> CampbellFamily {
 }
 
 /// Table with one line per speed.
-fn table(family: &Family) -> String {
+fn table(family: &ModeFamily) -> String {
     let heads = (1..=family.modes()).map(|mode| format!("{mode:>12}"));
     let heads = format!("{:>10}{}\n", "speed_rpm", heads.collect::<String>());
     let line = |(rpm, frequencies): &(f64, Option<Vec<f64>>)| {

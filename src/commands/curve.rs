@@ -2,7 +2,7 @@
 
 use std::sync::{Mutex, PoisonError};
 
-use super::Work;
+use super::Workspace;
 use super::key_range::{DIGITS, KeyRange};
 use crate::error::RunError;
 use crate::files::{CurveUnderWay, Sought};
@@ -13,7 +13,7 @@ use dovetail_export::words::{
 use dovetail_solver::description::Scene;
 use dovetail_solver::dlft::branch::{ValueRange, folds, stable};
 use dovetail_solver::results::quantities::loss_factor;
-use dovetail_solver::run::{self, Curve, CurveQuestion, Error};
+use dovetail_solver::run::{self, CurveQuestion, Error, ParameterCurve};
 
 /// Curve that is asked for.
 #[derive(Debug, Clone)]
@@ -28,19 +28,19 @@ pub struct AskedCurve {
     pub resume: bool,
 }
 
-impl Work<'_> {
+impl Workspace<'_> {
     /// Follows the motions at one frequency over a key, writes them, and returns a table for the
     /// reader. `scene_with` gives the scene with keys set to other values.
     ///
     /// # Errors
-    /// Errors of [`Work::solve`]; those of `scene_with`.
+    /// Errors of [`Workspace::solve`]; those of `scene_with`.
     pub fn curve<E: From<RunError> + Send>(
         &self,
         asked: &AskedCurve,
         scene_with: &(dyn Fn(&[String]) -> Result<Scene, E> + Sync),
     ) -> Result<(String, Result<(), RunError>), E> {
         let why = "a curve over a value has one frequency at one speed";
-        run::at_one_speed(self.scene, why).map_err(RunError::from)?;
+        run::check_one_speed(self.scene, why).map_err(RunError::from)?;
         let question = CurveQuestion {
             key: &asked.over.key,
             range: ValueRange {
@@ -50,7 +50,7 @@ impl Work<'_> {
             },
             observation: asked.observation.as_deref(),
         };
-        self.begins(Sought::Curve(CurveUnderWay::of(&question)), asked.resume)?;
+        self.start_search(Sought::Curve(CurveUnderWay::new(&question)), asked.resume)?;
         let wrong = Mutex::new(None);
         let scene_at = |value: f64| {
             scene_with(&[asked.over.set(value)]).map_err(|error| {
@@ -64,20 +64,24 @@ impl Work<'_> {
         }
         asked.over.check_is_read(&[], scene_with)?;
         let source = self.source()?;
-        let found = self.computes(|session| run::curve(&question, &scene_at, source, session));
-        let found = match (found, wrong.into_inner()) {
-            (Ok(found), _) => found,
+        let computed = self.computes(|session| run::curve(&question, &scene_at, source, session));
+        let result = match (computed, wrong.into_inner()) {
+            (Ok(computed), _) => computed,
             (Err(_), Ok(Some(error))) => return Err(error),
             (Err(error), _) => return Err(error.into()),
         };
         if let Some(files) = &self.files {
             let (key, frequency_hz) = (&asked.over.key, asked.frequency_hz);
-            files.locked().curve(key, frequency_hz, &found)?;
+            files.locked().curve(key, frequency_hz, &result)?;
         }
-        self.warn_of_curve(asked, &found);
+        self.warn_of_curve(asked, &result);
         let asked_for = &question.range.values;
         let has_motion = |value: &&f64| {
-            let points = found.curve.values.iter().zip(&found.curve.response.orbits);
+            let points = result
+                .curve
+                .values
+                .iter()
+                .zip(&result.curve.response.orbits);
             let mut at = points.filter(|(of, _)| of == value);
             at.any(|(_, orbit)| orbit.outcome.has_motion())
         };
@@ -89,11 +93,11 @@ impl Work<'_> {
                 values: asked_for.len(),
             }),
         };
-        Ok((table(asked, &found), verdict))
+        Ok((table(asked, &result), verdict))
     }
 
     /// Warns of values without a motion or a model, of gaps, and of amplitudes that are not accurate.
-    fn warn_of_curve(&self, asked: &AskedCurve, found: &Curve) {
+    fn warn_of_curve(&self, asked: &AskedCurve, found: &ParameterCurve) {
         let over = &asked.over;
         let (curve, response) = (&found.curve, &found.curve.response);
         if let Some((first, error)) = found.missing.first() {
@@ -139,7 +143,7 @@ impl Work<'_> {
 
 /// Table of the motions at the values asked for, in the order of the branches, with folds and ranges
 /// of several motions.
-fn table(asked: &AskedCurve, found: &Curve) -> String {
+fn table(asked: &AskedCurve, found: &ParameterCurve) -> String {
     let (over, observation) = (&asked.over, found.observation);
     let (curve, response) = (&found.curve, &found.curve.response);
     let mut text = format!(

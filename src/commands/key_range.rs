@@ -90,7 +90,7 @@ impl KeyRange {
             match i {
                 0 => self.from,
                 i if i == last => self.to,
-                _ if self.is_logarithmic() => between_by_ratio([self.from, self.to], share),
+                _ if self.is_logarithmic() => interpolate_ratio([self.from, self.to], share),
                 _ if (self.to - self.from).is_finite() => self.from + share * (self.to - self.from),
                 _ => (1.0 - share) * self.from + share * self.to,
             }
@@ -108,7 +108,7 @@ impl KeyRange {
         scene_with: &dyn Fn(&[String]) -> Result<Scene, E>,
     ) -> Result<(), E> {
         let at = |value: f64| scene_with(&[also, &[self.set(value)]].concat());
-        if as_read(at(self.from)?) == as_read(at(self.to)?) {
+        if strip_unread_keys(at(self.from)?) == strip_unread_keys(at(self.to)?) {
             let key = self.key.clone();
             return Err(RunError::KeyNotRead { key }.into());
         }
@@ -139,7 +139,7 @@ impl KeyRange {
 }
 
 /// Value at a share of the way from one positive number to another, evenly in their logarithm.
-pub(super) fn between_by_ratio([from, to]: [f64; 2], share: f64) -> f64 {
+pub(super) fn interpolate_ratio([from, to]: [f64; 2], share: f64) -> f64 {
     match to / from {
         ratio if ratio.is_finite() => from * ratio.powf(share),
         _ => from.powf(1.0 - share) * to.powf(share),
@@ -148,7 +148,7 @@ pub(super) fn between_by_ratio([from, to]: [f64; 2], share: f64) -> f64 {
 
 /// Scene without the keys that neither peaks nor curves read: names, engine orders, the mission of a
 /// wear, and the strengths and wear coefficients of the subject.
-fn as_read(mut scene: Scene) -> Scene {
+fn strip_unread_keys(mut scene: Scene) -> Scene {
     scene.name.clear();
     scene.engine_orders.clear();
     scene.mission.clear();

@@ -12,10 +12,10 @@ use crate::gmsh::{self, GmshError, GmshRun, inputs};
 use crate::influence_file;
 use crate::matrix_files;
 use crate::mesh_files;
-use crate::reporter::{Reporter, StageGuard};
+use crate::reporter::{ProgramStage, Reporter};
 use crate::scene::nearest;
 use crate::scene_files::hash_of_file;
-use dovetail_cache::{Cache, KeptMesh, Key};
+use dovetail_cache::{Cache, EntryKey, KeptMesh};
 use dovetail_export::manifest::MeshOrigin;
 use dovetail_export::warning::Weight;
 use dovetail_export::{create_folder, write_file};
@@ -47,7 +47,7 @@ pub(super) fn check(assembly: &Assembly, reporter: &Reporter<'_>) -> Result<(), 
     let is_there = |path: &Path| {
         input::check(path).map_err(|source| MeshError::Io {
             path: path.to_path_buf(),
-            source: with_nearest(path, source),
+            source: suggest_nearest(path, source),
         })
     };
     for body in &assembly.bodies {
@@ -66,7 +66,7 @@ pub(super) fn check(assembly: &Assembly, reporter: &Reporter<'_>) -> Result<(), 
         Some(MeshKind::Geometry { script, .. }) => {
             input::check(script).map_err(|source| GmshError::Script {
                 path: script.clone(),
-                source: with_nearest(script, source),
+                source: suggest_nearest(script, source),
             })?;
             reporter.note(&format!(
                 "{} is a program that gmsh runs, and it can start any command: run it only where you trust it",
@@ -163,7 +163,7 @@ pub(super) fn make_mesh(
 fn shared_mesh(
     source: &MeshSource,
     made_in: MadeIn<'_>,
-    stage: &mut StageGuard<'_, '_>,
+    stage: &mut ProgramStage<'_, '_>,
     reporter: &Reporter<'_>,
 ) -> Result<(Mesh, MeshOrigin), RunError> {
     let units = source.units;
@@ -199,12 +199,12 @@ fn shared_mesh(
     match used {
         Some(kept) => {
             let (mesh, version, warnings) = kept?;
-            stage.from_cache();
+            stage.mark_cached();
             Ok((mesh, made(&out, version, &warnings, reporter)))
         }
         None => match gmsh::generate(script, parameters, time_limit_s, &out) {
             Ok(run) => {
-                let mesh = read(&out, units).map_err(|error| of_writing(error, &out))?;
+                let mesh = read(&out, units).map_err(|error| writing_error(error, &out))?;
                 keep(cache, key.as_ref(), &run, &out, reporter);
                 Ok((mesh, made(&out, run.version, &run.warnings, reporter)))
             }
@@ -223,7 +223,7 @@ fn read(path: &Path, units: Units) -> Result<Mesh, RunError> {
     let mesh = mesh_files::read(path, units);
     let mut mesh = mesh.map_err(|error| match error {
         MeshError::Io { path, source } => MeshError::Io {
-            source: with_nearest(&path, source),
+            source: suggest_nearest(&path, source),
             path,
         },
         error => error,
@@ -236,7 +236,7 @@ fn read(path: &Path, units: Units) -> Result<Mesh, RunError> {
 }
 
 /// Error of a file that does not exist, with the file of its folder that was most likely meant.
-fn with_nearest(path: &Path, source: io::Error) -> io::Error {
+fn suggest_nearest(path: &Path, source: io::Error) -> io::Error {
     if source.kind() != io::ErrorKind::NotFound {
         return source;
     }
@@ -258,7 +258,7 @@ fn with_nearest(path: &Path, source: io::Error) -> io::Error {
 
 /// Error of a mesh that gmsh has just written: on a full disk gmsh writes a part of it without an
 /// error.
-fn of_writing(error: RunError, out: &Path) -> RunError {
+fn writing_error(error: RunError, out: &Path) -> RunError {
     match error {
         RunError::Mesh(source) if source.is_damage() => {
             let _ = std::fs::remove_file(out); // made a moment ago, and no mesh
@@ -321,14 +321,14 @@ fn sorted(parameters: &[(String, f64)]) -> Vec<(String, f64)> {
 }
 
 /// Key of the mesh of a script; `None` if nothing is kept, or if the mesh has unknown dependencies.
-fn mesh_key(cache: &Cache, script: &Path, parameters: &[(String, f64)]) -> Option<Key> {
+fn mesh_key(cache: &Cache, script: &Path, parameters: &[(String, f64)]) -> Option<EntryKey> {
     // gmsh takes some tenths of a second to say its version: only where there is a cache.
-    cache.is_on().then_some(())?;
+    cache.is_enabled().then_some(())?;
     let version = gmsh::version().ok().filter(|v| !v.is_empty())?;
     cache.mesh_key(&(inputs::inputs(script)?, sorted(parameters), version))
 }
 
-fn keep(cache: &Cache, key: Option<&Key>, run: &GmshRun, out: &Path, reporter: &Reporter<'_>) {
+fn keep(cache: &Cache, key: Option<&EntryKey>, run: &GmshRun, out: &Path, reporter: &Reporter<'_>) {
     let Some(key) = key else { return };
     if let Ok(file) = std::fs::read(out) {
         let kept = KeptMesh {

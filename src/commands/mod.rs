@@ -1,4 +1,4 @@
-//! Commands about a scene. Each but [`check`] is a method of [`Work`], which gets the meshes
+//! Commands about a scene. Each but [`check`] is a method of [`Workspace`], which gets the meshes
 //! (`meshing`), computes with the library and hands the results to [`crate::files`].
 //!
 //! `campbell`, `peaks`, `curve`, `backbone`, `wear` and `verify` have the ranges and tables of six
@@ -7,7 +7,7 @@
 //! list of what a reduced model does not depend on follows that of `run/kept.rs` of the library.
 //!
 //! A command prints nothing: it returns its result, or a table as text, and hands remarks to the
-//! reporter. It lets the library compute through `Work::computes` alone, so that each run is
+//! reporter. It lets the library compute through `Workspace::computes` alone, so that each run is
 //! observed and uses cache and journal. What can be refused without a mesh is refused before
 //! anything is meshed.
 
@@ -50,13 +50,13 @@ use dovetail_solver::dlft::Orbit;
 use dovetail_solver::model::{Assembly, ContactLaw, ContactSpec, Gap, Prestress, RotationSpec};
 use dovetail_solver::results::modes::NaturalFrequency;
 use dovetail_solver::run::{
-    self, Bodies, Condensed, Error, Meshes, NodalDiameters, Options, Reduced, Run, Session, Source,
-    Stage, Verification, Verified,
+    self, Bodies, CondensedAssembly, Error, Meshes, NodalDiameters, Options, ReducedScene, Run,
+    Session, Source, Stage, Verification, Verified,
 };
 
 /// Scene with the means of the commands about it.
 #[derive(Debug)]
-pub struct Work<'a> {
+pub struct Workspace<'a> {
     pub scene: &'a Scene,
     /// Folder in which gmsh writes the mesh of a script.
     pub folder: PathBuf,
@@ -66,7 +66,7 @@ pub struct Work<'a> {
     pub reporter: Reporter<'a>,
 }
 
-impl Work<'_> {
+impl Workspace<'_> {
     /// What the scene is about: the meshes of its bodies, or its reduced model.
     fn source(&self) -> Result<Source, RunError> {
         let assembly = match &self.scene.subject {
@@ -86,7 +86,7 @@ impl Work<'_> {
         };
         let (mesh, origin) = meshing::make_mesh(assembly, made_in, &self.reporter)?;
         if let Some(files) = &self.files {
-            files.locked().comes_from(origin);
+            files.locked().set_mesh_origin(origin);
         }
         let files = meshing::named_files(assembly, &self.reporter)?;
         Ok(Meshes { mesh, files })
@@ -94,7 +94,7 @@ impl Work<'_> {
 
     /// Begins a search that can be resumed, in files if there are any, and notes how many motions of an
     /// interrupted one are known.
-    fn begins(&self, sought: Sought, resume: bool) -> Result<(), RunError> {
+    fn start_search(&self, sought: Sought, resume: bool) -> Result<(), RunError> {
         if let Some(files) = &self.files {
             let note = files.locked().begin_search(sought, resume)?;
             if let Some(note) = note {
@@ -157,7 +157,7 @@ impl Work<'_> {
     ) -> Result<T, RunError> {
         let files = self.files.clone();
         let mut store = RunStore::new(self.cache.clone(), files, &self.reporter);
-        self.reporter.hears(&mut store, work)
+        self.reporter.run_observed(&mut store, work)
     }
 
     /// Computes the static state and the response from the mesh or the reduced model.
@@ -176,7 +176,7 @@ impl Work<'_> {
     /// Computes up to the static state under the steady load: a run without a response.
     ///
     /// # Errors
-    /// Errors of [`Work::solve`].
+    /// Errors of [`Workspace::solve`].
     pub fn static_state(&self, options: Options) -> Result<Run, RunError> {
         let source = self.source()?;
         self.computes(|session| run::static_state(self.scene, source, options, session))
@@ -189,7 +189,7 @@ impl Work<'_> {
     /// scene without mesh.
     pub fn mesh(&self) -> Result<(), RunError> {
         let (assembly, meshes) = self.meshed()?;
-        self.computes(|session| run::Bound::of(assembly, &meshes, session))?;
+        self.computes(|session| run::Bound::new(assembly, &meshes, session))?;
         Ok(())
     }
 
@@ -198,7 +198,8 @@ impl Work<'_> {
     /// written on the whole disc.
     ///
     /// # Errors
-    /// Errors of [`Work::solve`]; a scene that is not about a disc, or a disc without such waves.
+    /// Errors of [`Workspace::solve`]; a scene that is not about a disc, or a disc without such
+    /// waves.
     pub fn modes(
         &self,
         nodal_diameter: Option<usize>,
@@ -221,7 +222,7 @@ impl Work<'_> {
     /// those whose crossings are listed; empty for all up to 36.
     ///
     /// # Errors
-    /// Errors of [`Work::solve`]; a scene without mesh or without an axis of rotation.
+    /// Errors of [`Workspace::solve`]; a scene without mesh or without an axis of rotation.
     pub fn campbell(
         &self,
         speeds: SpeedRange,
@@ -282,11 +283,11 @@ impl Work<'_> {
     /// Compares harmonic balance with integration in time, and also returns a table for the reader.
     ///
     /// # Errors
-    /// Errors of [`Work::solve`]; a harmonic balance without a motion to compare.
+    /// Errors of [`Workspace::solve`]; a harmonic balance without a motion to compare.
     pub fn verify(&self, asked: &Verification) -> Result<(Verified, String), RunError> {
         // Before anything is meshed.
         asked.check()?;
-        run::at_one_speed(self.scene, "an integration in time needs one speed")?;
+        run::check_one_speed(self.scene, "an integration in time needs one speed")?;
         let source = self.source()?;
         let verified = self.computes(|session| run::verify(self.scene, source, asked, session))?;
         self.reporter.judge(&verified.run);
@@ -303,7 +304,7 @@ impl Work<'_> {
     /// `reduced_model.force_n` multiplies them.
     ///
     /// # Errors
-    /// Errors of [`Work::mesh`] and of the reduction; a scene without pairs.
+    /// Errors of [`Workspace::mesh`] and of the reduction; a scene without pairs.
     pub fn reduce(&self) -> Result<(), RunError> {
         let (_, meshes) = self.meshed()?;
         let condensed = self.computes(|session| run::reduce(self.scene, meshes, session))?;
@@ -328,7 +329,7 @@ impl Work<'_> {
     /// recover the motion of the bodies.
     ///
     /// # Errors
-    /// Errors of [`Work::mesh`] and of the reduction; no cache.
+    /// Errors of [`Workspace::mesh`] and of the reduction; no cache.
     pub fn reduce_into_cache(&self, held_modes: bool) -> Result<(), RunError> {
         if self.scene.assembly().is_none() {
             return Err(RunError::NoMesh {
@@ -340,11 +341,11 @@ impl Work<'_> {
         };
         // gmsh writes its mesh there.
         let _lock = makes_mesh(self.scene)
-            .then(|| FolderLock::take(&self.folder))
+            .then(|| FolderLock::acquire(&self.folder))
             .transpose()?;
         let (_, meshes) = self.meshed()?;
         self.computes(|session| {
-            let reduced = Reduced::of(self.scene, meshes.into(), session)?;
+            let reduced = ReducedScene::new(self.scene, meshes.into(), session)?;
             let bodies: Option<&Bodies> = reduced.bodies.as_ref().filter(|_| held_modes);
             bodies.map(|bodies| bodies.held_modes(session)).transpose()
         })?;
@@ -355,7 +356,7 @@ impl Work<'_> {
 }
 
 /// Lines of a scene that read a reduced model from its folder. All of its pairs follow `law`.
-fn lines_of_scene(condensed: &Condensed, law: PairLaw, folder: &Path) -> String {
+fn lines_of_scene(condensed: &CondensedAssembly, law: PairLaw, folder: &Path) -> String {
     // A scene counts paths from its own folder, wherever that will be.
     let folder = std::path::absolute(folder).unwrap_or_else(|_| folder.to_path_buf());
     format!(

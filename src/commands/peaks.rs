@@ -2,7 +2,7 @@
 
 use std::cell::RefCell;
 
-use super::Work;
+use super::Workspace;
 use super::key_range::{DIGITS, KeyRange};
 use crate::error::RunError;
 use crate::files::{PeakLine, PeaksFound, Sought};
@@ -29,19 +29,19 @@ pub struct PeakQuestion {
     pub resume: bool,
 }
 
-impl Work<'_> {
+impl Workspace<'_> {
     /// Finds the peaks over one key, or two, writes them, and returns a table for the reader.
     /// `scene_with` gives the scene with keys set to other values.
     ///
     /// # Errors
-    /// Errors of [`Work::solve`]; those of `scene_with`.
+    /// Errors of [`Workspace::solve`]; those of `scene_with`.
     pub fn peaks<E: From<RunError>>(
         &self,
         question: &PeakQuestion,
         scene_with: &dyn Fn(&[String]) -> Result<Scene, E>,
     ) -> Result<(String, Result<(), RunError>), E> {
         let why = "peaks are those over the frequency at one speed";
-        run::at_one_speed(self.scene, why).map_err(RunError::from)?;
+        run::check_one_speed(self.scene, why).map_err(RunError::from)?;
         for (range, other) in [
             (Some(&question.over), question.at_each.as_ref()),
             (question.at_each.as_ref(), Some(&question.over)),
@@ -50,8 +50,8 @@ impl Work<'_> {
             let also: Vec<String> = other.iter().map(|other| other.first()).collect();
             range.check_is_read(&also, scene_with)?;
         }
-        let sought = Sought::Peaks(PeaksFound::over(&question.keys()));
-        self.begins(sought, question.resume)?;
+        let sought = Sought::Peaks(PeaksFound::new(&question.keys()));
+        self.start_search(sought, question.resume)?;
         let source = self.source()?;
         let outer: Vec<Option<f64>> = match &question.at_each {
             None => vec![None],
@@ -81,9 +81,9 @@ impl Work<'_> {
             if let Some(files) = &self.files {
                 files.locked().begin_line_of_peaks(value);
             }
-            let found = self.peaks_over(&range, &scene_at, source.clone())?;
-            self.warn(question, value, &found);
-            lines.push((value, found));
+            let peaks_found = self.peaks_over(&range, &scene_at, source.clone())?;
+            self.warn(question, value, &peaks_found);
+            lines.push((value, peaks_found));
         }
         if let Some(files) = &self.files {
             let drawn: Vec<PeakLine<'_>> = lines.iter().map(|l| drawn(question, l)).collect();
@@ -107,7 +107,7 @@ impl Work<'_> {
     /// Finds the peaks over the values of a range. `scene_at` gives the scene of a value.
     ///
     /// # Errors
-    /// Errors of [`Work::solve`]; those of `scene_at`.
+    /// Errors of [`Workspace::solve`]; those of `scene_at`.
     pub fn peaks_at<E: From<RunError>>(
         &self,
         range: &PeakRange<'_>,
@@ -129,10 +129,10 @@ impl Work<'_> {
                 Error::Stopped
             })
         };
-        let found = self.computes(|session| run::peaks(range, scene_at, source, session));
+        let result = self.computes(|session| run::peaks(range, scene_at, source, session));
         match wrong.into_inner() {
             Some(error) => Err(error),
-            None => Ok(found?),
+            None => Ok(result?),
         }
     }
 
@@ -183,7 +183,7 @@ fn drawn<'a>(question: &PeakQuestion, (value, peaks): &'a (Option<f64>, Peaks)) 
     PeakLine {
         label: (question.words_of_second(*value)).unwrap_or_else(|| name.clone()),
         observation: name,
-        rows: PeakRow::of(*value, peaks),
+        rows: PeakRow::rows(*value, peaks),
         asked: question.over.values(),
         missing: peaks.missing.iter().map(|(value, _)| *value).collect(),
     }

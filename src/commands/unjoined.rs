@@ -44,8 +44,8 @@ pub(super) fn report(assembly: &Assembly, mesh: &Mesh, reporter: &Reporter<'_>) 
 }
 
 fn text(body: &str, mesh: &Mesh, volume: &Group, joined: &[Vec<u32>]) -> Option<String> {
-    let found = mesh.pieces(volume, joined);
-    let sizes: Vec<String> = found.elements.iter().map(usize::to_string).collect();
+    let mesh_pieces = mesh.pieces(volume, joined);
+    let sizes: Vec<String> = mesh_pieces.elements.iter().map(usize::to_string).collect();
     let pieces = match sizes.len() {
         0 | 1 => None,
         count => Some(format!(
@@ -54,7 +54,7 @@ fn text(body: &str, mesh: &Mesh, volume: &Group, joined: &[Vec<u32>]) -> Option<
         )),
     };
     let tag = |node: u32| mesh.node_tags[node as usize];
-    let pairs = found.at_one_place.iter();
+    let pairs = mesh_pieces.at_one_place.iter();
     let pairs: Vec<String> = pairs
         .map(|[a, b]| format!("{} and {}", tag(*a), tag(*b)))
         .collect();

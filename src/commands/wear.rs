@@ -1,6 +1,6 @@
 //! Cycles, table and warnings of `dovetail wear`.
 
-use super::Work;
+use super::Workspace;
 use crate::error::RunError;
 use crate::files::Sought;
 use dovetail_export::warning::Weight;
@@ -35,21 +35,21 @@ impl AskedWear {
     fn mission(&self, of_scene: &[MissionPart]) -> Vec<MissionPart> {
         match (self.frequency_hz, of_scene) {
             (None, [_, ..]) => of_scene.to_vec(),
-            (frequency_hz, _) => vec![MissionPart::only(frequency_hz)],
+            (frequency_hz, _) => vec![MissionPart::whole_mission(frequency_hz)],
         }
     }
 }
 
-impl Work<'_> {
+impl Workspace<'_> {
     /// Wears the contacts over the cycles, writes what becomes of them and of the vibration, and
     /// returns a table for the reader.
     ///
     /// # Errors
-    /// Errors of [`Work::solve`]; a scene without a contact that wears.
+    /// Errors of [`Workspace::solve`]; a scene without a contact that wears.
     pub fn wear(&self, asked: &AskedWear) -> Result<(String, Result<(), RunError>), RunError> {
         // Before anything is meshed.
-        run::at_one_speed(self.scene, "contacts wear at one speed")?;
-        self.begins(Sought::Vibrations, asked.resume)?;
+        run::check_one_speed(self.scene, "contacts wear at one speed")?;
+        self.start_search(Sought::Vibrations, asked.resume)?;
         let mission = asked.mission(&self.scene.mission);
         let source = self.source()?;
         let question = WearQuestion {
@@ -58,21 +58,21 @@ impl Work<'_> {
             mission: &mission,
             observation: asked.observation.as_deref(),
         };
-        let found = self.computes(|session| run::wear(self.scene, source, &question, session))?;
-        self.warn_of_wear(&found);
+        let course = self.computes(|session| run::wear(self.scene, source, &question, session))?;
+        self.warn_of_wear(&course);
         if let Some(files) = &self.files {
-            files.locked().wear(&found.course())?;
+            files.locked().wear(&course.course())?;
         }
         let last = asked.cycles.last().copied().unwrap_or(0.0);
-        let reached = found.blocks.last().map_or(0.0, |block| block.cycles);
-        let verdict = match &found.ended {
+        let reached = course.blocks.last().map_or(0.0, |block| block.cycles);
+        let verdict = match &course.ended {
             None => Ok(()),
             Some(_) => Err(RunError::WearEnds {
                 reached: short(rounded(reached, 4)),
                 cycles: short(rounded(last, 4)),
             }),
         };
-        Ok((table(&found), verdict))
+        Ok((table(&course), verdict))
     }
 
     /// Warns of what the wear does not show.
@@ -141,7 +141,10 @@ mod tests {
 
     #[test]
     fn a_frequency_takes_the_place_of_the_mission() {
-        let mission = [MissionPart::only(Some(3.0)), MissionPart::only(None)];
+        let mission = [
+            MissionPart::whole_mission(Some(3.0)),
+            MissionPart::whole_mission(None),
+        ];
         let asked = |frequency_hz| AskedWear {
             cycles: vec![1.0],
             frequency_hz,
@@ -152,8 +155,8 @@ mod tests {
         assert_eq!(asked(None).mission(&mission), mission);
         assert_eq!(
             asked(Some(7.0)).mission(&mission),
-            [MissionPart::only(Some(7.0))]
+            [MissionPart::whole_mission(Some(7.0))]
         );
-        assert_eq!(asked(None).mission(&[]), [MissionPart::only(None)]);
+        assert_eq!(asked(None).mission(&[]), [MissionPart::whole_mission(None)]);
     }
 }

@@ -1,13 +1,13 @@
 //! Pictures of the backbone of a mode.
 
 use super::conditions::in_motion;
-use super::{Files, axis};
+use super::{RunFiles, axis};
 use crate::error::RunError;
 use dovetail_export::csv::{BackboneRow, write_backbone};
 use dovetail_export::plots::{Axis, Series};
 use dovetail_solver::run::ModeBackbone;
 
-impl Files {
+impl RunFiles {
     /// Writes backbone.csv, and draws frequency and damping of a mode over its amplitude, the response
     /// near the peak and, of a single force, the amplitude of the peak over it. `rows` are the motions
     /// by ascending amplitude.

@@ -53,7 +53,7 @@ pub(super) fn in_motion(scene: &Scene, keys: &[&str]) -> String {
 
 /// Conditions of the static state: `6000 rpm, 1 steady load, friction 0.3`. The excitation does not
 /// act in it.
-pub(super) fn at_rest(scene: &Scene) -> String {
+pub(super) fn static_conditions(scene: &Scene) -> String {
     let parts = match &scene.subject {
         Subject::Assembly(assembly) => {
             let loads = match assembly.loads.len() {
@@ -96,10 +96,10 @@ fn friction(assembly: &Assembly) -> String {
         1 => Some("of a file".to_owned()),
         _ => Some("of files".to_owned()),
     };
-    let all: Vec<String> = numbers.into_iter().chain(of_files).collect();
-    match all.is_empty() {
+    let texts: Vec<String> = numbers.into_iter().chain(of_files).collect();
+    match texts.is_empty() {
         true => "bonded".to_owned(),
-        false => format!("friction {}", all.join(" and ")),
+        false => format!("friction {}", texts.join(" and ")),
     }
 }
 

@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 
 use super::conditions::in_motion;
-use super::solving::without_fields;
-use super::{Files, axis};
+use super::solving::strip_fields;
+use super::{RunFiles, axis};
 use crate::error::RunError;
 use dovetail_export::ExportError;
 use dovetail_export::csv::{CurveRow, write_curve};
@@ -13,10 +13,10 @@ use dovetail_export::manifest::curve_summary;
 use dovetail_export::plots::Series;
 use dovetail_export::words::{rounded, short, title};
 use dovetail_solver::dlft::SolvedFrequency;
-use dovetail_solver::dlft::branch::{ValueRange, sections, so_far};
+use dovetail_solver::dlft::branch::{ValueRange, partial_response, sections};
 use dovetail_solver::results::far_slip::ShorterSides;
 use dovetail_solver::results::pairs::PairTable;
-use dovetail_solver::run::{Curve, CurveQuestion, Error, Reduced};
+use dovetail_solver::run::{CurveQuestion, Error, ParameterCurve, ReducedScene};
 
 /// Name of the table of a curve.
 pub(super) const CURVE: &str = "curve.csv";
@@ -36,7 +36,7 @@ pub struct CurveUnderWay {
 
 impl CurveUnderWay {
     /// Curve without motions.
-    pub fn of(question: &CurveQuestion<'_>) -> Self {
+    pub fn new(question: &CurveQuestion<'_>) -> Self {
         Self {
             key: question.key.to_owned(),
             range: question.range.clone(),
@@ -50,7 +50,7 @@ impl CurveUnderWay {
     ///
     /// # Errors
     /// The observed displacement is not in the model.
-    pub fn begins_with(&mut self, reduced: &Reduced) -> Result<(), Error> {
+    pub fn start(&mut self, reduced: &ReducedScene) -> Result<(), Error> {
         let observation = reduced.observed(self.observation.as_deref())?;
         self.model = Some((reduced.pairs.clone(), observation));
         Ok(())
@@ -58,7 +58,7 @@ impl CurveUnderWay {
 
     /// Adds a motion.
     pub fn add(&mut self, solved: &SolvedFrequency) {
-        let solved = without_fields(solved);
+        let solved = strip_fields(solved);
         self.solved.insert(solved.orbit.point, solved);
     }
 
@@ -71,23 +71,28 @@ impl CurveUnderWay {
         else {
             return Ok(false);
         };
-        let mut response = so_far(self.solved.values().cloned());
-        ShorterSides::of(pairs).judge_response(&mut response);
+        let mut response = partial_response(self.solved.values().cloned());
+        ShorterSides::new(pairs).judge_response(&mut response);
         let curve = self.range.curve(response);
-        let rows = CurveRow::of(&curve, pairs, *observation);
+        let rows = CurveRow::rows(&curve, pairs, *observation);
         write_curve(&out.file(CURVE)?, &self.key, &rows)?;
         Ok(true)
     }
 }
 
-impl Files {
+impl RunFiles {
     /// Writes curve.csv, and draws the amplitude of the motions at one frequency over the values of a
     /// key, unstable ones dashed, and the linear reference.
     ///
     /// # Errors
     /// A file that cannot be written.
-    pub fn curve(&mut self, key: &str, frequency_hz: f64, found: &Curve) -> Result<(), RunError> {
-        let rows = &CurveRow::of(&found.curve, &found.reduced.pairs, found.observation)[..];
+    pub fn curve(
+        &mut self,
+        key: &str,
+        frequency_hz: f64,
+        found: &ParameterCurve,
+    ) -> Result<(), RunError> {
+        let rows = &CurveRow::rows(&found.curve, &found.reduced.pairs, found.observation)[..];
         write_curve(&self.folder.out.file(CURVE)?, key, rows)?;
         self.figures.summary.curve = Some(curve_summary(key, frequency_hz, found));
         let observation = &found.reduced.observations()[found.observation].name;

@@ -1,12 +1,12 @@
 //! Pictures of a response, and fields for ParaView at its peak.
 
 use super::conditions::in_motion;
-use super::{Files, FurtherPlot};
+use super::{FurtherPlot, RunFiles};
 use crate::error::RunError;
 use dovetail_export::curves::{Curves, Sweep};
 use dovetail_export::fields::{self, Separation};
 use dovetail_export::plots::{
-    Haigh, Heading, Scale, write_curves, write_field_map, write_haigh, write_separation_map,
+    Haigh, PictureHeading, Scale, write_curves, write_field_map, write_haigh, write_separation_map,
 };
 use dovetail_export::words::capital;
 use dovetail_export::{csv, flank, manifest, vtu};
@@ -19,7 +19,7 @@ use dovetail_solver::run::{
 };
 use dovetail_solver::spectrum::{cosine, sine};
 
-impl Files {
+impl RunFiles {
     /// Draws the curves of each observation against frequency: amplitude, and the further pictures
     /// requested.
     pub(super) fn write_curves(
@@ -32,7 +32,7 @@ impl Files {
         let draw = |file: String, scale: Scale, curves: &Curves| -> Result<(), RunError> {
             let path = self.picture(&file)?;
             let quantity = capital(&curves.quantity);
-            let heading = Heading {
+            let heading = PictureHeading {
                 title: &format!("{quantity}, scene {}", self.figures.summary.scene.name),
                 conditions,
             };
@@ -78,13 +78,13 @@ impl Files {
         let (out, conditions) = (&self.folder.out, &in_motion(&self.scene, &[])[..]);
         if !model.pairs.is_empty() {
             let path = self.picture("separation")?;
-            let separation = Separation::of(response, model.pairs.len());
+            let separation = Separation::new(response, model.pairs.len());
             write_separation_map(&path, model, conditions, &separation)?;
             if let Some(orbit) = at_peak {
-                let [energy, slid, ..] = fields::at_peak(orbit, &model.pairs);
+                let [energy, slid, ..] = fields::peak_fields(orbit, &model.pairs);
                 for (file, field) in [("friction_energy", energy), ("slip", slid)] {
                     let title = capital(field.title);
-                    let heading = Heading {
+                    let heading = PictureHeading {
                         title: &format!("{title}, {:.3} Hz", orbit.frequency_hz),
                         conditions,
                     };
@@ -96,9 +96,9 @@ impl Files {
         let (Some(orbit), Some(free)) = (at_peak, free) else {
             return Ok(());
         };
-        let motion = bodies.on_nodes_m(&free);
+        let motion = bodies.node_fields_m(&free);
         drop(free);
-        let stuck_modes = problem.reduced.of_harmonic(1).model.stuck_modes;
+        let stuck_modes = problem.reduced.harmonic_model(1).model.stuck_modes;
         let strengths = self.scene.assembly().map_or_else(Vec::new, |assembly| {
             assembly.bodies.iter().map(|body| body.strength).collect()
         });
@@ -131,12 +131,12 @@ impl Files {
             }
             let summary = manifest::stress_summary(model, stress);
             csv::write_stress(&out.file("stress.csv")?, &summary)?;
-            let heading = Heading {
+            let heading = PictureHeading {
                 title: &format!("Haigh diagram, {:.3} Hz", orbit.frequency_hz),
                 conditions,
             };
             let path = self.picture("haigh")?;
-            write_haigh(&path, heading, &Haigh::of(model, stress))?;
+            write_haigh(&path, heading, &Haigh::new(model, stress))?;
             self.figures.summary.stress = Some(summary);
         }
         self.figures.motion = Some(motion);

@@ -3,20 +3,20 @@
 use std::error::Error;
 
 use super::conditions::in_motion;
-use super::response::{Responses, sweep};
-use super::summary::Taken;
-use super::{Files, MESH_FILE};
+use super::response::{RunningResponses, sweep};
+use super::summary::RunTimes;
+use super::{MESH_FILE, RunFiles};
 use crate::error::RunError;
 use crate::exit::ExitStatus;
-use dovetail_export::folder::{Beginning, way_on};
+use dovetail_export::folder::{Beginning, continuation_hint};
 use dovetail_export::journal::{CURVE_JOURNAL, JOURNAL, PEAKS_JOURNAL, WEAR_JOURNAL};
 use dovetail_export::manifest::{RunState, Summary};
 use dovetail_export::report;
 use dovetail_solver::run::{Bodies, Run};
 
-impl Files {
+impl RunFiles {
     /// Records the time and the stages of the run so far.
-    pub fn take_down(&mut self, taken: Taken) {
+    pub fn record_times(&mut self, taken: RunTimes) {
         let summary = &mut self.figures.summary;
         summary.stages = taken.stages;
         summary.seconds = taken.seconds;
@@ -34,7 +34,7 @@ impl Files {
             state,
             why,
             files: out.files(state),
-            ..figures.with_warnings()
+            ..figures.summary()
         };
         let contents = report::Contents {
             scene: &self.scene,
@@ -62,7 +62,7 @@ impl Files {
         if self.folder.beginning != Beginning::Anew {
             self.folder.out.remove_earlier()?;
         }
-        let Responses { journal, solving } = &mut self.responses;
+        let RunningResponses { journal, solving } = &mut self.responses;
         if !solving.is_empty() {
             // The tables have the frequencies that were solved.
             journal.clear()?;
@@ -72,7 +72,7 @@ impl Files {
             search.journal.remove()?;
         }
         let (state, why) = ended(verdict);
-        let summary = self.figures.with_warnings();
+        let summary = self.figures.summary();
         Ok(self.folder.out.write_summary(summary, state, why)?)
     }
 
@@ -94,10 +94,10 @@ impl Files {
             CURVE_JOURNAL,
             MESH_FILE,
         ];
-        if self.figures.origin.gmsh.is_none() && self.folder.out.puts_back(&under_way) {
+        if self.figures.origin.gmsh.is_none() && self.folder.out.restore_summary(&under_way) {
             return;
         }
-        let _ = self.write_summary(RunState::Failed, Some(told(error)));
+        let _ = self.write_summary(RunState::Failed, Some(error_with_causes(error)));
     }
 
     /// Leaves the folder of a run that is interrupted by `signal` in a state that can be read and
@@ -108,14 +108,14 @@ impl Files {
     pub fn interrupted(&mut self, signal: &str) -> Result<String, RunError> {
         let folder = self.folder.out.path().display().to_string();
         if let Some(search) = &self.search {
-            let why = search.ended_by(signal);
+            let why = search.ending_text(signal);
             self.responses.journal.remove_if_empty()?;
             let table = search.write(&self.folder.out)?;
             self.write_summary(RunState::Interrupted, Some(why.clone()))?;
             if search.journal.is_empty() {
                 return Ok(format!("ended by {why}; there is nothing to resume"));
             }
-            let way_on = way_on(&self.figures.summary, "does not look for them again");
+            let way_on = continuation_hint(&self.figures.summary, "does not look for them again");
             return Ok(format!("ended by {why}{table}. {way_on}"));
         }
         let Some(progress) = self.leave_response()? else {
@@ -132,7 +132,7 @@ impl Files {
         };
         let why = format!("{signal} after {progress}");
         self.write_summary(RunState::Interrupted, Some(why.clone()))?;
-        let way_on = way_on(&self.figures.summary, "goes on with the others");
+        let way_on = continuation_hint(&self.figures.summary, "goes on with the others");
         Ok(format!("ended by {why}; they are in {folder}. {way_on}"))
     }
 
@@ -142,7 +142,7 @@ impl Files {
         state: RunState,
         why: Option<String>,
     ) -> Result<(), RunError> {
-        let mut summary = self.figures.with_warnings();
+        let mut summary = self.figures.summary();
         summary.seconds = self.folder.begun.elapsed().as_secs_f64();
         Ok(self.folder.out.write_summary(summary, state, why)?)
     }
@@ -152,14 +152,14 @@ impl Files {
 fn ended(verdict: &Result<(), RunError>) -> (RunState, Option<String>) {
     match verdict {
         Err(error) if error.exit_status() == ExitStatus::Failed => {
-            (RunState::Failed, Some(told(error)))
+            (RunState::Failed, Some(error_with_causes(error)))
         }
         _ => (RunState::Finished, None),
     }
 }
 
 /// Message of an error with its causes.
-pub(super) fn told(error: &dyn Error) -> String {
+pub(super) fn error_with_causes(error: &dyn Error) -> String {
     let mut text = error.to_string();
     let mut cause = error.source();
     while let Some(error) = cause {

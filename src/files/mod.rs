@@ -36,12 +36,12 @@ use std::time::Instant;
 
 pub use self::curve::CurveUnderWay;
 pub use self::peaks::{PeakLine, PeaksFound};
-use self::response::Responses;
-use self::search::Search;
+use self::response::RunningResponses;
+use self::search::SearchFiles;
 pub use self::search::Sought;
 pub use self::shared::SharedFiles;
-use self::summary::Figures;
-pub use self::summary::Taken;
+pub use self::summary::RunTimes;
+use self::summary::SummaryFigures;
 use crate::error::RunError;
 use dovetail_export::ExportError;
 use dovetail_export::flank::WornFlanks;
@@ -49,12 +49,12 @@ use dovetail_export::folder::{Beginning, OtherScene, OutputFolder};
 use dovetail_export::journal::{JOURNAL, Journal};
 use dovetail_export::lock::FolderLock;
 use dovetail_export::manifest::{MeshOrigin, Summary};
-use dovetail_export::plots::{Axis, Heading, Scale, Series, write_series};
+use dovetail_export::plots::{Axis, PictureHeading, Scale, Series, write_series};
 use dovetail_export::warning::Warning;
 use dovetail_solver::description::Scene;
 use dovetail_solver::dlft::SolvedFrequency;
 use dovetail_solver::model::MeshKind;
-use dovetail_solver::run::{Event, RecordKey, Reduced};
+use dovetail_solver::run::{Event, RecordKey, ReducedScene};
 
 /// Name of the mesh of a script in the folder of the results.
 pub const MESH_FILE: &str = "mesh.msh";
@@ -89,14 +89,14 @@ pub enum FurtherPlot {
 
 /// Writes the events of a run to files of one folder.
 #[derive(Debug)]
-pub struct Files {
+pub struct RunFiles {
     scene: Scene,
     asked: Output,
     folder: RunFolder,
-    figures: Figures,
-    responses: Responses,
+    figures: SummaryFigures,
+    responses: RunningResponses,
     /// Search under way, of `dovetail peaks`, `dovetail curve` and `dovetail wear`.
-    search: Option<Search>,
+    search: Option<SearchFiles>,
     /// Worn flanks, if fields are written.
     worn: Option<WornFlanks>,
 }
@@ -110,7 +110,7 @@ struct RunFolder {
     _lock: FolderLock,
 }
 
-impl Files {
+impl RunFiles {
     /// Takes the folder of the output for a run of the scene.
     ///
     /// # Errors
@@ -122,8 +122,8 @@ impl Files {
         other: OtherScene,
         beginning: Beginning,
     ) -> Result<Self, RunError> {
-        let lock = FolderLock::take(&output.folder)?;
-        let figures = Figures::beginning(scene, &output.scene_file);
+        let lock = FolderLock::acquire(&output.folder)?;
+        let figures = SummaryFigures::new(scene, &output.scene_file);
         let journal = Journal::open(&output.folder.join(JOURNAL))?;
         let (folder, to_resume) = (&output.folder, !journal.is_empty());
         let out = OutputFolder::open(folder, &figures.summary, other, beginning, to_resume)
@@ -143,7 +143,7 @@ impl Files {
                 _lock: lock,
             },
             figures,
-            responses: Responses {
+            responses: RunningResponses {
                 journal,
                 solving: Vec::new(),
             },
@@ -175,12 +175,12 @@ impl Files {
         axes: &[Axis; 2],
         series: &[Series],
     ) -> Result<(), RunError> {
-        let heading = Heading { title, conditions };
+        let heading = PictureHeading { title, conditions };
         Ok(write_series(&self.picture(name)?, heading, axes, series)?)
     }
 
     /// Sets the origin of the mesh.
-    pub fn comes_from(&mut self, origin: MeshOrigin) {
+    pub fn set_mesh_origin(&mut self, origin: MeshOrigin) {
         self.figures.origin = origin;
     }
 
@@ -193,10 +193,10 @@ impl Files {
     ///
     /// # Errors
     /// A file that cannot be written.
-    pub fn hear(&mut self, event: &Event<'_>) -> Result<(), RunError> {
+    pub fn handle_event(&mut self, event: &Event<'_>) -> Result<(), RunError> {
         match event {
             Event::Model { bound, .. } => {
-                self.figures.of_bound(bound);
+                self.figures.add_bodies(bound);
                 Ok(())
             }
             Event::Reduced(reduced) => self.reduced(reduced),
@@ -223,10 +223,10 @@ impl Files {
         }
     }
 
-    fn reduced(&mut self, reduced: &Reduced) -> Result<(), RunError> {
-        self.figures.of_reduced(reduced);
+    fn reduced(&mut self, reduced: &ReducedScene) -> Result<(), RunError> {
+        self.figures.add_reduced_model(reduced);
         if let Some(Sought::Curve(curve)) = self.search.as_mut().map(|search| &mut search.sought) {
-            curve.begins_with(reduced)?;
+            curve.start(reduced)?;
         }
         if self.folder.beginning == Beginning::Beside {
             return Ok(());
@@ -264,7 +264,7 @@ fn axis(title: String, unit: &'static str, values: impl IntoIterator<Item = f64>
     Axis {
         title,
         unit,
-        scale: Scale::of(values.into_iter()),
+        scale: Scale::fitting(values.into_iter()),
         marks: Vec::new(),
     }
 }

@@ -1,16 +1,16 @@
 //! Tables, shapes and diagrams of modes.
 
-use super::Files;
+use super::RunFiles;
 use super::summary::first_hz;
 use crate::error::RunError;
 use dovetail_export::plots::{
-    CampbellFamily, EngineOrders, Heading, Operation, write_campbell, write_nodal_diameters,
+    CampbellFamily, EngineOrders, Operation, PictureHeading, write_campbell, write_nodal_diameters,
 };
 use dovetail_export::{csv, vtu};
 use dovetail_solver::results::modes::{ModeKind, ModeShape, NaturalFrequency};
 use dovetail_solver::run::{Campbell, Crossing, CrossingPeak, ModalAnalysis, NodalDiameters, Run};
 
-impl Files {
+impl RunFiles {
     /// Writes modes.csv.
     pub(super) fn modes(&mut self, rows: Vec<NaturalFrequency>) -> Result<(), RunError> {
         csv::write_modes(&self.folder.out.file("modes.csv")?, &rows)?;
@@ -38,21 +38,21 @@ impl Files {
         if let Some(found) = &modes.nodal_diameters {
             self.nodal_diameters(found)?;
         }
-        let mut own = modes.reduced.natural_frequencies(None, &modes.held_omega2);
-        for row in &mut own {
+        let mut frequencies = modes.reduced.natural_frequencies(None, &modes.held_omega2);
+        for row in &mut frequencies {
             let mut shapes = modes.shapes.iter();
             let shape =
                 shapes.find(|s| (s.kind, &s.body, s.mode) == (row.kind, &row.body, row.mode));
             row.modal_mass_kg = shape.and_then(ModeShape::modal_mass_kg);
         }
-        let mut rows = own.clone();
+        let mut rows = frequencies.clone();
         if self.folder.out.is_beside_run() {
             let earlier = csv::read_modes(&self.folder.out.file("modes.csv")?).into_iter();
             rows.extend(earlier.filter(|row| row.kind == ModeKind::Linear));
         }
         self.figures.summary.blade_frequency_hz = first_hz(&modes.held_omega2);
         self.modes(rows)?;
-        Ok(own)
+        Ok(frequencies)
     }
 
     /// Writes modes_nodal_diameters.csv and plots/nodal_diameters.svg.
@@ -63,7 +63,7 @@ impl Files {
         } else {
             "at rest".to_owned()
         };
-        let heading = Heading {
+        let heading = PictureHeading {
             title: &format!("{}: modes of the disc", self.figures.summary.scene.name),
             conditions: &format!("{} sectors, all pairs stuck, {speed}", found.sectors),
         };
@@ -97,7 +97,7 @@ impl Files {
         )?;
         let path = self.folder.out.file("modes_crossings.csv")?;
         csv::write_crossings(&path, campbell.operating_rpm, crossings, peaks)?;
-        let heading = Heading {
+        let heading = PictureHeading {
             title: &format!("{}: natural frequencies", self.figures.summary.scene.name),
             conditions: &if campbell.operating_rpm > 0.0 {
                 format!("operation at {:.0} rpm", campbell.operating_rpm)

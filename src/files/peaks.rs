@@ -1,7 +1,7 @@
 //! Pictures of the peaks over one key, or two.
 
 use super::conditions::in_motion;
-use super::{Files, axis};
+use super::{RunFiles, axis};
 use crate::error::RunError;
 use dovetail_export::csv::{PeakRow, write_peaks};
 use dovetail_export::plots::{HeatMap, Series, write_heat_map};
@@ -51,7 +51,7 @@ struct Found {
 
 impl PeaksFound {
     /// No peaks yet over the values of these keys, the key of each line first.
-    pub fn over(keys: &[&str]) -> Self {
+    pub fn new(keys: &[&str]) -> Self {
         Self {
             keys: keys.iter().map(|key| (*key).to_owned()).collect(),
             also: None,
@@ -89,18 +89,18 @@ impl PeaksFound {
 
     /// Rows of the table.
     pub fn rows(&self) -> Vec<PeakRow<'_>> {
-        let found = self.found.iter();
-        let rows = found.map(|found| PeakRow {
-            also: found.also,
-            observation: found.observation,
-            pairs: &found.pairs,
-            peak: &found.peak,
+        let lines = self.found.iter();
+        let rows = lines.map(|lines| PeakRow {
+            also: lines.also,
+            observation: lines.observation,
+            pairs: &lines.pairs,
+            peak: &lines.peak,
         });
         rows.collect()
     }
 }
 
-impl Files {
+impl RunFiles {
     /// Writes peaks.csv and draws amplitude, frequency and loss factor of the peaks. `keys` are the
     /// key of the value of each line, if there is one, and the key of the values along it. Where
     /// there are several lines, the amplitudes are drawn as a map, too.
@@ -149,7 +149,7 @@ const DRAWN: [Drawn; 3] = [
 fn draw(
     keys: &[&str],
     (lines, conditions): (&[PeakLine<'_>], &str),
-    files: &Files,
+    files: &RunFiles,
 ) -> Result<(), RunError> {
     let titled = |key: &str| title(key.rsplit('.').next().unwrap_or(key));
     let over = keys.last().map_or(String::new(), |key| titled(key));

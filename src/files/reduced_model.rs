@@ -1,21 +1,21 @@
 //! The folder of a reduced model.
 
-use super::Files;
+use super::RunFiles;
 use crate::error::RunError;
 use dovetail_solver::contact::PairLaw;
 use dovetail_solver::description::Scene;
 use dovetail_solver::excitation::NamedExcitation;
 use dovetail_solver::model::{ExcitationKind, ExcitationSpec};
 use dovetail_solver::reduced::ReducedModel;
-use dovetail_solver::run::{Bodies, Reduced};
+use dovetail_solver::run::{Bodies, ReducedScene};
 use dovetail_solver::superelement::Superelement;
 
-impl Files {
+impl RunFiles {
     /// Writes the folder of `dovetail reduce`. Returns the law of its pairs if all have the same.
     ///
     /// # Errors
     /// A file that cannot be written.
-    pub fn reduced_model(&self, reduced: &Reduced) -> Result<Option<PairLaw>, RunError> {
+    pub fn reduced_model(&self, reduced: &ReducedScene) -> Result<Option<PairLaw>, RunError> {
         let (problem, rows) = (&reduced.problem, &reduced.pairs.rows);
         let element = Superelement {
             model: ReducedModel::clone(&problem.reduced),
@@ -34,7 +34,7 @@ impl Files {
 }
 
 /// Excitations of a reduced model, called by where they act.
-fn named_excitations(scene: &Scene, reduced: &Reduced) -> Vec<NamedExcitation> {
+fn named_excitations(scene: &Scene, reduced: &ReducedScene) -> Vec<NamedExcitation> {
     let specs = scene.assembly().map_or(&[][..], |a| &a.excitations);
     let name = |spec: &ExcitationSpec| match &spec.kind {
         ExcitationKind::Load(load) => load.on.clone(),

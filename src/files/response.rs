@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
-use super::Files;
+use super::RunFiles;
 use super::solving::Solving;
 use crate::error::RunError;
 use dovetail_export::curves::Sweep;
@@ -13,7 +13,7 @@ use dovetail_export::journal::{Inputs, JOURNAL, Journal};
 use dovetail_export::manifest::{self, ResponseSummary, RunState};
 use dovetail_export::{ExportError, csv};
 use dovetail_solver::dlft::SolvedFrequency;
-use dovetail_solver::run::{Reduced, ResponseResult};
+use dovetail_solver::run::{ReducedScene, ResponseResult};
 
 /// Least time between two updates of the tables of a response under way.
 const INTERVAL: Duration = Duration::from_secs(5);
@@ -27,15 +27,15 @@ const CONTACT: &str = "contact.csv";
 
 /// Responses that have begun, the scene's own first, with the journal of their frequencies.
 #[derive(Debug)]
-pub(super) struct Responses {
+pub(super) struct RunningResponses {
     pub journal: Journal,
     pub solving: Vec<Solving>,
 }
 
-impl Files {
+impl RunFiles {
     pub(super) fn response_begins(
         &mut self,
-        reduced: &Reduced,
+        reduced: &ReducedScene,
         frequencies_hz: &[f64],
         compared_harmonics: Option<usize>,
     ) {
@@ -59,7 +59,7 @@ impl Files {
         &mut self,
         inputs: &Inputs,
     ) -> Result<Vec<SolvedFrequency>, RunError> {
-        let Responses { journal, solving } = &mut self.responses;
+        let RunningResponses { journal, solving } = &mut self.responses;
         let is_own = solving.len() == 1;
         if is_own && self.folder.beginning == Beginning::Anew {
             journal.clear()?;
@@ -79,7 +79,7 @@ impl Files {
         inputs: &Inputs,
         solved: &SolvedFrequency,
     ) -> Result<(), RunError> {
-        let Responses { journal, solving } = &mut self.responses;
+        let RunningResponses { journal, solving } = &mut self.responses;
         let Some(solving) = solving.last_mut() else {
             return Ok(());
         };
@@ -131,7 +131,7 @@ impl Files {
 
     pub(super) fn response(
         &mut self,
-        reduced: &Reduced,
+        reduced: &ReducedScene,
         found: &ResponseResult,
     ) -> Result<(), RunError> {
         let response = &found.response;
@@ -157,9 +157,9 @@ impl Files {
             csv::write_tractions(&out.file("tractions.csv")?, range)?;
         }
         self.write_curves(&observed, &sweep(found))?;
-        let own = self.responses.solving.first_mut();
-        if let Some(flanks) = own.and_then(|own| own.flanks.as_mut()) {
-            flanks.keep_alone(out.path(), &response.orbits)?;
+        let solving = self.responses.solving.first_mut();
+        if let Some(flanks) = solving.and_then(|solving| solving.flanks.as_mut()) {
+            flanks.remove_others(out.path(), &response.orbits)?;
             flanks.write_collection(&out.file(FLANKS)?, &response.orbits)?;
         }
         if let Some(bodies) = found.bodies_at_peak(reduced.bodies.as_ref()) {

@@ -1,20 +1,20 @@
 //! Motions that a search keeps, from which an interrupted search goes on, and the table that it leaves.
 
-use super::Files;
+use super::RunFiles;
 use super::curve::{CURVE, CurveUnderWay};
 use super::peaks::{PEAKS, PeaksFound};
 use crate::error::RunError;
 use dovetail_export::ExportError;
 use dovetail_export::csv::write_peaks;
-use dovetail_export::folder::{OutputFolder, knows_itself};
+use dovetail_export::folder::{OutputFolder, check_journal};
 use dovetail_export::journal::{CURVE_JOURNAL, Inputs, Journal, PEAKS_JOURNAL, WEAR_JOURNAL};
 use dovetail_export::words::counted;
 use dovetail_solver::dlft::SolvedFrequency;
-use dovetail_solver::run::{PeakAt, Reduced};
+use dovetail_solver::run::{PeakAt, ReducedScene};
 
 /// Search under way, with the journal of its motions.
 #[derive(Debug)]
-pub(super) struct Search {
+pub(super) struct SearchFiles {
     pub journal: Journal,
     pub sought: Sought,
 }
@@ -41,7 +41,7 @@ impl Sought {
     }
 }
 
-impl Search {
+impl SearchFiles {
     /// Keeps a motion. It is on disk when this returns.
     pub fn keep(&mut self, inputs: &Inputs, motion: &SolvedFrequency) -> Result<(), RunError> {
         self.journal.append(inputs, motion)?;
@@ -53,7 +53,7 @@ impl Search {
     }
 
     /// Words for a search that is ended by `signal`.
-    pub fn ended_by(&self, signal: &str) -> String {
+    pub fn ending_text(&self, signal: &str) -> String {
         let [_, one, several, _] = self.sought.words();
         match self.journal.count() {
             0 => format!("{signal} before the first of its {several}"),
@@ -74,7 +74,7 @@ impl Search {
     }
 }
 
-impl Files {
+impl RunFiles {
     /// Begins a search. Returns a note of the motions that are not solved for again, of which there are
     /// none unless an interrupted search is to be resumed.
     ///
@@ -91,10 +91,10 @@ impl Files {
             journal.clear()?;
         } else if !journal.is_empty() {
             let path = self.folder.out.path().join(file);
-            knows_itself(&self.figures.summary, &path)?;
+            check_journal(&self.figures.summary, &path)?;
         }
         let before = journal.count();
-        self.search = Some(Search { journal, sought });
+        self.search = Some(SearchFiles { journal, sought });
         Ok((before > 0).then(|| format!("{before} {several} were {done} before")))
     }
 
@@ -108,7 +108,7 @@ impl Files {
     /// Adds a peak to the table of a search for peaks.
     pub(super) fn peak_found(
         &mut self,
-        reduced: &Reduced,
+        reduced: &ReducedScene,
         observation: usize,
         peak: &PeakAt,
     ) -> Result<(), RunError> {

@@ -5,8 +5,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-use super::Files;
-use super::ending::told;
+use super::RunFiles;
+use super::ending::error_with_causes;
 use crate::error::RunError;
 use dovetail_export::folder::mark_failed;
 
@@ -18,7 +18,7 @@ const LONGEST_WAIT: Duration = Duration::from_secs(1);
 pub struct SharedFiles {
     /// Folder of the run.
     folder: PathBuf,
-    files: Mutex<Files>,
+    files: Mutex<RunFiles>,
     /// True if the run is being ended: any thread that is not yet writing waits for the end of the
     /// process.
     ending: AtomicBool,
@@ -26,7 +26,7 @@ pub struct SharedFiles {
 
 impl SharedFiles {
     /// Shares the files of one run.
-    pub fn new(files: Files) -> Arc<Self> {
+    pub fn new(files: RunFiles) -> Arc<Self> {
         Arc::new(Self {
             folder: files.folder().to_path_buf(),
             files: Mutex::new(files),
@@ -35,17 +35,17 @@ impl SharedFiles {
     }
 
     /// Locks the files for the run. Does not return once the run is being ended.
-    pub fn locked(&self) -> MutexGuard<'_, Files> {
+    pub fn locked(&self) -> MutexGuard<'_, RunFiles> {
         while self.ending.load(Ordering::Acquire) {
             std::thread::park_timeout(Duration::from_secs(1));
         }
-        self.whole()
+        self.lock()
     }
 
     /// Locks the files for ending the run: nothing is written after what is written with this lock.
-    pub fn locked_to_end(&self) -> MutexGuard<'_, Files> {
+    pub fn locked_to_end(&self) -> MutexGuard<'_, RunFiles> {
         self.ending.store(true, Ordering::Release);
-        self.whole()
+        self.lock()
     }
 
     /// Records in the folder that the run failed, and prevents all further writing. The thread that
@@ -60,11 +60,11 @@ impl SharedFiles {
             }
             std::thread::sleep(Duration::from_millis(10));
         }
-        mark_failed(&self.folder, told(error));
+        mark_failed(&self.folder, error_with_causes(error));
     }
 
     /// Locks the files. A panic of another thread leaves them intact.
-    fn whole(&self) -> MutexGuard<'_, Files> {
+    fn lock(&self) -> MutexGuard<'_, RunFiles> {
         self.files.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }

@@ -7,7 +7,7 @@ use crate::error::RunError;
 use dovetail_export::flank::FlankSeries;
 use dovetail_export::folder::OutputFolder;
 use dovetail_export::words::counted;
-use dovetail_solver::dlft::branch::so_far;
+use dovetail_solver::dlft::branch::partial_response;
 use dovetail_solver::dlft::{Branch, LinearPoint, Orbit, Response, SolvedFrequency};
 use dovetail_solver::results::pairs::PairTable;
 use dovetail_solver::run::Observed;
@@ -52,7 +52,7 @@ impl Solving {
     pub fn partial(&self) -> Response {
         let mut solved: Vec<SolvedFrequency> = self.solved.values().cloned().collect();
         if solved.iter().any(|solved| solved.along.is_some()) {
-            return so_far(solved);
+            return partial_response(solved);
         }
         let frequency_hz = |solved: &SolvedFrequency| solved.orbit.frequency_hz;
         solved.sort_by(|a, b| frequency_hz(a).total_cmp(&frequency_hz(b)));
@@ -69,7 +69,7 @@ impl Solving {
     /// Adds a frequency, and writes its file of the flanks.
     pub fn add(&mut self, out: &OutputFolder, solved: &SolvedFrequency) -> Result<(), RunError> {
         let orbit = &solved.orbit;
-        self.solved.insert(orbit.point, without_fields(solved));
+        self.solved.insert(orbit.point, strip_fields(solved));
         if let Some(flanks) = &mut self.flanks {
             if orbit.point >= self.listed {
                 let from = self.listed;
@@ -83,7 +83,7 @@ impl Solving {
 }
 
 /// A solved frequency for tables.
-pub(super) fn without_fields(solved: &SolvedFrequency) -> SolvedFrequency {
+pub(super) fn strip_fields(solved: &SolvedFrequency) -> SolvedFrequency {
     let orbit = Orbit {
         x: Vec::new(),
         lambda: Vec::new(),

@@ -1,23 +1,23 @@
 //! Table, pictures and fields of the static state.
 
-use super::Files;
-use super::conditions::at_rest;
+use super::RunFiles;
+use super::conditions::static_conditions;
 use crate::error::RunError;
 use dovetail_export::folder::Beginning;
-use dovetail_export::plots::{Heading, write_field_map, write_no_field};
+use dovetail_export::plots::{PictureHeading, write_field_map, write_no_field};
 use dovetail_export::words::capital;
 use dovetail_export::{csv, fields, flank, vtu};
 use dovetail_solver::fem::stress;
 use dovetail_solver::results::resultants::Resultant;
-use dovetail_solver::run::{Bodies, Reduced, StaticResult, static_forces};
+use dovetail_solver::run::{Bodies, ReducedScene, StaticResult, static_forces};
 
-impl Files {
+impl RunFiles {
     pub(super) fn static_state(
         &mut self,
-        reduced: &Reduced,
+        reduced: &ReducedScene,
         statics: &StaticResult,
     ) -> Result<(), RunError> {
-        self.figures.of_statics(reduced, statics);
+        self.figures.add_static_state(reduced, statics);
         if self.folder.beginning == Beginning::Beside {
             return Ok(());
         }
@@ -51,7 +51,7 @@ impl Files {
     /// those on the flanks and on the bodies.
     fn write_static_state(
         &mut self,
-        reduced: &Reduced,
+        reduced: &ReducedScene,
         statics: &StaticResult,
     ) -> Result<(), RunError> {
         let state = &statics.state;
@@ -67,9 +67,9 @@ impl Files {
         let opens = !model.pairs.is_empty();
         if opens {
             let path = self.picture("static_pressure")?;
-            let conditions = &at_rest(&self.scene);
-            let heading = |title| Heading { title, conditions };
-            match fields::at_rest(state, &model.pairs) {
+            let conditions = &static_conditions(&self.scene);
+            let heading = |title| PictureHeading { title, conditions };
+            match fields::static_state_fields(state, &model.pairs) {
                 Some([pressure, _]) => {
                     write_field_map(&path, model, heading(&capital(pressure.title)), &pressure)?;
                 }

@@ -6,16 +6,16 @@ use std::time::SystemTime;
 use crate::{metrics, scene_files, version};
 use dovetail_cache::fingerprint::fingerprint;
 use dovetail_export::manifest::{self, MeshOrigin, StageSummary, Summary, TruncationSummary};
-use dovetail_export::warning::{Warning, by_weight};
+use dovetail_export::warning::{Warning, sorted_by_weight};
 use dovetail_solver::description::{Scene, Subject};
 use dovetail_solver::results::modes::{NaturalFrequency, hertz};
 use dovetail_solver::results::recovery::NodalField;
 use dovetail_solver::results::resultants::Resultant;
-use dovetail_solver::run::{Bodies, Bound, PeakStress, Reduced, StaticResult};
+use dovetail_solver::run::{Bodies, Bound, PeakStress, ReducedScene, StaticResult};
 
 /// Time and stages of a run.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Taken {
+pub struct RunTimes {
     /// Stages that have ended, in the order of their ends.
     pub stages: Vec<StageSummary>,
     /// Wall time, s.
@@ -27,7 +27,7 @@ pub struct Taken {
 
 /// Figures of a run so far, for summary.json and the report.
 #[derive(Debug, Default)]
-pub(super) struct Figures {
+pub(super) struct SummaryFigures {
     /// If the run fails, these are all.
     pub summary: Summary,
     /// Origin of the mesh.
@@ -43,9 +43,9 @@ pub(super) struct Figures {
     pub forces: Vec<Resultant>,
 }
 
-impl Figures {
+impl SummaryFigures {
     /// Figures at the beginning: the scene and its files, the program, the time.
-    pub fn beginning(scene: &Scene, scene_file: &Path) -> Self {
+    pub fn new(scene: &Scene, scene_file: &Path) -> Self {
         let summary = Summary {
             version: env!("CARGO_PKG_VERSION").to_string(),
             scene: manifest::SceneSummary {
@@ -69,15 +69,18 @@ impl Figures {
     }
 
     /// Summary with the warnings.
-    pub fn with_warnings(&self) -> Summary {
+    pub fn summary(&self) -> Summary {
         Summary {
-            warnings: by_weight(&self.warnings).into_iter().cloned().collect(),
+            warnings: sorted_by_weight(&self.warnings)
+                .into_iter()
+                .cloned()
+                .collect(),
             ..self.summary.clone()
         }
     }
 
     /// Adds the figures of the bodies.
-    pub fn of_bound(&mut self, bound: &Bound) {
+    pub fn add_bodies(&mut self, bound: &Bound) {
         let (model, summary) = (&bound.model, &mut self.summary);
         let mesh = manifest::mesh_summary(model, &bound.properties, &self.origin);
         summary.mesh = Some(mesh);
@@ -88,7 +91,7 @@ impl Figures {
     }
 
     /// Adds the figures of the reduced model.
-    pub fn of_reduced(&mut self, reduced: &Reduced) {
+    pub fn add_reduced_model(&mut self, reduced: &ReducedScene) {
         let modes = reduced.bodies.as_ref().map(|bodies| &bodies.modes);
         let summary = &mut self.summary;
         summary.stuck_modes = Some(reduced.stuck_omega2().len());
@@ -109,7 +112,7 @@ impl Figures {
     }
 
     /// Adds the figures of the static state.
-    pub fn of_statics(&mut self, reduced: &Reduced, statics: &StaticResult) {
+    pub fn add_static_state(&mut self, reduced: &ReducedScene, statics: &StaticResult) {
         let (pairs, state) = (&reduced.pairs, &statics.state);
         let figures = (!pairs.rows.is_empty()).then(|| manifest::static_summary(pairs, state));
         self.summary.static_state = figures;

@@ -47,7 +47,7 @@ fn a_search_of_a_program_that_does_not_know_itself_is_not_resumed() {
         stress_points: false,
         further_plots: Vec::new(),
     };
-    let opened = Files::open(&scene(), &output, OtherScene::Refuse, Beginning::Beside);
+    let opened = RunFiles::open(&scene(), &output, OtherScene::Refuse, Beginning::Beside);
     let mut files = opened.unwrap();
     let question = CurveQuestion {
         key: "reduced_model.force_n",
@@ -58,13 +58,13 @@ fn a_search_of_a_program_that_does_not_know_itself_is_not_resumed() {
         },
         observation: None,
     };
-    let begin = |files: &mut Files, resume| {
-        files.begin_search(Sought::Curve(CurveUnderWay::of(&question)), resume)
+    let begin = |files: &mut RunFiles, resume| {
+        files.begin_search(Sought::Curve(CurveUnderWay::new(&question)), resume)
     };
     assert_eq!(begin(&mut files, false).unwrap(), None);
     let key = RecordKey::Search([7; 32]);
-    let motion = Orbit::without_motion(1.0, Outcome::Converged);
-    let point = SolvedFrequency::alone(motion);
+    let motion = Orbit::motionless(1.0, Outcome::Converged);
+    let point = SolvedFrequency::isolated(motion);
     files.append(&key, &point).unwrap();
     let before = begin(&mut files, true).unwrap();
     assert_eq!(before.as_deref(), Some("1 motions were solved before"));

@@ -1,11 +1,11 @@
 //! Table of a comparison with integration in time.
 
-use super::Files;
+use super::RunFiles;
 use crate::error::RunError;
 use dovetail_export::{csv, manifest};
 use dovetail_solver::run::{Verification, Verified};
 
-impl Files {
+impl RunFiles {
     /// Writes verify.csv.
     ///
     /// # Errors
@@ -16,7 +16,7 @@ impl Files {
         asked: &Verification,
     ) -> Result<(), RunError> {
         let (run, comparisons) = (&verified.run, &verified.comparisons);
-        self.figures.of_statics(&run.reduced, &run.statics);
+        self.figures.add_static_state(&run.reduced, &run.statics);
         self.figures.summary.verification = Some(manifest::verification_summary(
             comparisons,
             asked.steps_per_period,

@@ -1,11 +1,11 @@
 //! Tables, pictures and fields of the wear of the contacts.
 
-use super::Files;
+use super::RunFiles;
 use super::conditions::in_motion;
 use crate::error::RunError;
 use dovetail_export::fields::Field;
 use dovetail_export::flank::WornFlanks;
-use dovetail_export::plots::{Axis, Heading, Scale, Series, write_field_map};
+use dovetail_export::plots::{Axis, PictureHeading, Scale, Series, write_field_map};
 use dovetail_export::words::{rounded, short};
 use dovetail_export::{csv, manifest};
 use dovetail_solver::run::{Bodies, WearBlock, WearCourse};
@@ -13,7 +13,7 @@ use dovetail_solver::run::{Bodies, WearBlock, WearCourse};
 /// File name of the collection of the worn flanks over the cycles.
 const WORN: &str = "wear.pvd";
 
-impl Files {
+impl RunFiles {
     /// Writes what the contacts have become, and draws amplitude, frequency and depth over the cycles.
     ///
     /// # Errors
@@ -43,7 +43,7 @@ impl Files {
 }
 
 /// Draws amplitude, frequency and depth over the cycles, and the depths on the flanks at the end.
-fn draw(course: &WearCourse<'_>, conditions: &str, files: &Files) -> Result<(), RunError> {
+fn draw(course: &WearCourse<'_>, conditions: &str, files: &RunFiles) -> Result<(), RunError> {
     let observation = &course.reduced.observations()[course.observation].name;
     let series = |label: String, value: &dyn Fn(&WearBlock) -> f64| {
         let points = course.blocks.iter().map(|b| (b.cycles, Some(value(b))));
@@ -105,7 +105,7 @@ fn draw(course: &WearCourse<'_>, conditions: &str, files: &Files) -> Result<(), 
     let (Some(model), Some(last)) = (bodies, course.blocks.last()) else {
         return Ok(());
     };
-    let heading = Heading {
+    let heading = PictureHeading {
         title: &format!("Worn depth after {} cycles", short(rounded(last.cycles, 4))),
         conditions,
     };

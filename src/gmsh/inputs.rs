@@ -59,12 +59,12 @@ pub fn inputs(script: &Path) -> Option<ScriptInputs> {
     }
     let mut settings = Vec::new();
     for path in settings_files(script) {
-        let found = match input::short_bytes(&path) {
+        let content = match input::short_bytes(&path) {
             Ok(bytes) => Some(bytes),
             Err(e) if e.kind() == ErrorKind::NotFound => None,
             Err(_) => return None,
         };
-        settings.push(found);
+        settings.push(content);
     }
     Some(ScriptInputs {
         script: bytes,

@@ -23,7 +23,7 @@ use thiserror::Error;
 
 use dovetail_mesh::MeshError;
 use dovetail_mesh::text;
-use process::{Finished, RunError, run};
+use process::{Finished, ProcessError, run};
 use script::{Definitions, is_option};
 
 /// Environment variable with the name or the file of gmsh. The Python package sets it to the gmsh
@@ -64,7 +64,7 @@ pub enum GmshError {
     },
     #[error(
         "{} has no parameter `{name}`: {} (a script defines one with `DefineConstant[ {name} = 1 ];`)",
-        script.display(), known(parameters)
+        script.display(), known_parameters(parameters)
     )]
     UnknownParameter {
         script: PathBuf,
@@ -107,7 +107,7 @@ pub enum GmshError {
     NotWhole { folder: PathBuf, source: MeshError },
 }
 
-fn known(parameters: &[String]) -> String {
+fn known_parameters(parameters: &[String]) -> String {
     match parameters {
         [] => "it has none".to_owned(),
         some => format!("it has {}", text::list(some)),
@@ -226,12 +226,12 @@ fn started(
 ) -> Result<Finished, GmshError> {
     let name = || program.to_string_lossy().into_owned();
     run(program, arguments, time_limit_s).map_err(|error| match error {
-        RunError::Missing => GmshError::Missing { program: name() },
-        RunError::Start(source) => GmshError::Start {
+        ProcessError::Missing => GmshError::Missing { program: name() },
+        ProcessError::Start(source) => GmshError::Start {
             program: name(),
             source,
         },
-        RunError::TimeLimit(messages) => GmshError::TimeLimit {
+        ProcessError::TimeLimit(messages) => GmshError::TimeLimit {
             limit_s: time_limit_s,
             messages,
         },
@@ -246,7 +246,7 @@ fn check_parameters(
     parameters: &[(String, f64)],
     scratch: &Path,
 ) -> Result<(), GmshError> {
-    let defined = Definitions::of(script).map_err(|source| GmshError::Script {
+    let defined = Definitions::open(script).map_err(|source| GmshError::Script {
         path: script.to_path_buf(),
         source,
     })?;

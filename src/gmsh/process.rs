@@ -29,7 +29,7 @@ pub(super) struct Finished {
 
 /// Reason why a program did not come to its end.
 #[derive(Debug)]
-pub(super) enum RunError {
+pub(super) enum ProcessError {
     /// There is no such program.
     Missing,
     Start(std::io::Error),
@@ -119,8 +119,8 @@ pub(super) fn run(
     program: &OsStr,
     arguments: &[OsString],
     time_limit_s: f64,
-) -> Result<Finished, RunError> {
-    let program = find(program).ok_or(RunError::Missing)?;
+) -> Result<Finished, ProcessError> {
+    let program = find(program).ok_or(ProcessError::Missing)?;
     let start = Instant::now();
     let mut command = match ending_with_parent() {
         // The signal comes when the thread that starts the program ends: this one, which waits
@@ -139,7 +139,7 @@ pub(super) fn run(
         .stderr(Stdio::piped());
     #[cfg(unix)]
     std::os::unix::process::CommandExt::process_group(&mut command, 0); // so that all of it can be killed
-    let mut child = command.spawn().map_err(RunError::Start)?;
+    let mut child = command.spawn().map_err(ProcessError::Start)?;
     let printed = Arc::new(Mutex::new(Printed::default()));
     let pipes = [
         child.stdout.take().map(|pipe| drain(pipe, &printed)),
@@ -151,7 +151,7 @@ pub(super) fn run(
         .collect::<std::io::Result<Vec<_>>>();
     let pipes = pipes.map_err(|source| {
         kill(&mut child);
-        RunError::Start(source)
+        ProcessError::Start(source)
     })?;
     let limit = Duration::try_from_secs_f64(time_limit_s).unwrap_or(Duration::MAX);
     let mut pause = Duration::from_millis(1);
@@ -162,7 +162,7 @@ pub(super) fn run(
             Ok(None) => std::thread::sleep(pause.min(limit.saturating_sub(start.elapsed()))),
             Err(source) => {
                 kill(&mut child);
-                return Err(RunError::Start(source));
+                return Err(ProcessError::Start(source));
             }
         }
         pause = (pause * 2).min(Duration::from_millis(20));
@@ -181,7 +181,7 @@ pub(super) fn run(
             printed,
             seconds: start.elapsed().as_secs_f64(),
         }),
-        None => Err(RunError::TimeLimit(printed.messages())),
+        None => Err(ProcessError::TimeLimit(printed.messages())),
     }
 }
 
@@ -215,7 +215,7 @@ const DIES_WITH_PARENT: [&str; 3] = ["--pdeathsig", "KILL", "--"];
 /// Path of `setpriv`, if it exists and accepts the arguments.
 fn ending_with_parent() -> Option<&'static Path> {
     static FOUND: OnceLock<Option<PathBuf>> = OnceLock::new();
-    let found = FOUND.get_or_init(|| {
+    let setpriv = FOUND.get_or_init(|| {
         let setpriv = find(OsStr::new("setpriv"))?;
         let mut command = Command::new(&setpriv);
         command.args(DIES_WITH_PARENT).arg("true");
@@ -225,7 +225,7 @@ fn ending_with_parent() -> Option<&'static Path> {
             .is_ok_and(|status| status.success())
             .then_some(setpriv)
     });
-    found.as_deref()
+    setpriv.as_deref()
 }
 
 /// Reads the lines of a pipe in a separate thread, so that the pipe never fills up. The receiver is

@@ -22,7 +22,7 @@ pub(super) fn is_in_word(c: char) -> bool {
 }
 
 pub(super) fn tokens(text: &str) -> Vec<Token<'_>> {
-    let mut found = Vec::new();
+    let mut tokens = Vec::new();
     let mut rest = text;
     while let Some(first) = rest.chars().next() {
         let after = &rest[first.len_utf8()..];
@@ -33,23 +33,23 @@ pub(super) fn tokens(text: &str) -> Vec<Token<'_>> {
             }
             '"' | '\'' => {
                 let end = after.find(first).unwrap_or(after.len());
-                found.push(Token::Text(&after[..end]));
+                tokens.push(Token::Text(&after[..end]));
                 after.get(end + 1..).unwrap_or("")
             }
             c if is_in_word(c) => {
                 let end = rest.find(|c| !is_in_word(c)).unwrap_or(rest.len());
-                found.push(Token::Word(&rest[..end]));
+                tokens.push(Token::Word(&rest[..end]));
                 &rest[end..]
             }
             c => {
                 if !c.is_whitespace() {
-                    found.push(Token::Sign(c));
+                    tokens.push(Token::Sign(c));
                 }
                 after
             }
         };
     }
-    found
+    tokens
 }
 
 /// Definitions of a script and of the files that it includes.
@@ -67,8 +67,8 @@ pub(super) struct Definitions {
 
 impl Definitions {
     /// Definitions of a script and of all files that it includes by a literal name.
-    pub(super) fn of(script: &Path) -> io::Result<Self> {
-        let mut found = Self::default();
+    pub(super) fn open(script: &Path) -> io::Result<Self> {
+        let mut definitions = Self::default();
         let mut waiting = vec![script.to_path_buf()];
         let mut seen = BTreeSet::new();
         while let Some(path) = waiting.pop() {
@@ -83,11 +83,11 @@ impl Definitions {
             }
             let text = String::from_utf8_lossy(&bytes);
             let tokens = tokens(&text);
-            found.read(&tokens);
+            definitions.read(&tokens);
             let folder = path.parent().unwrap_or(Path::new(""));
             waiting.extend(included(&tokens).map(|name| folder.join(name)));
         }
-        Ok(found)
+        Ok(definitions)
     }
 
     pub(super) fn has_parameter(&self, name: &str) -> bool {
@@ -230,7 +230,7 @@ mod tests {
             "parts/c.geo",
             "Include \"../a.geo\"; DefineConstant[ deeper = 1 ];",
         );
-        let found = Definitions::of(&folder.join("a.geo")).unwrap();
+        let found = Definitions::open(&folder.join("a.geo")).unwrap();
         let expected = ["nu", "nv", "w", "s", "height", "deep", "deeper"];
         assert_eq!(found.parameters, expected);
         for name in expected.into_iter().chain(["r_1", "r_22"]) {
@@ -243,7 +243,7 @@ mod tests {
         }
         assert!(found.sets_option("Mesh.Optimize") && found.sets_option("Mesh.Smoothing"));
         assert!(!found.sets_option("Mesh.Algorithm"));
-        assert!(Definitions::of(&folder.join("absent.geo")).is_err());
+        assert!(Definitions::open(&folder.join("absent.geo")).is_err());
         std::fs::remove_dir_all(&folder).unwrap();
     }
 

@@ -1,7 +1,7 @@
 //! Warnings about the excitation and the damping of a response: a force that excites no mode of the range, a
 //! damping in per cent, pairs that all stick.
 
-use dovetail_export::warning::{Warning, doubt, wrong};
+use dovetail_export::warning::{Warning, accuracy_warning, wrong};
 use dovetail_export::words::percent;
 use dovetail_solver::damping::Rayleigh;
 use dovetail_solver::results::participation::{NO_SHARE, participation};
@@ -25,7 +25,7 @@ pub(super) fn much_damping(run: &Run, found: &ResponseResult) -> Option<Warning>
     } = found.damping;
     let ratio = 0.5 * (stiffness_s * omega + mass_per_s / omega);
     (ratio.is_finite() && ratio > MUCH_DAMPING).then(|| {
-        doubt(format!(
+        accuracy_warning(format!(
             "the first mode has {} of critical damping, and metal bodies mostly have less than 1 %: check [damping]; a ratio is \
              a share, not per cent (0.5 % is ratio = 0.005)",
             percent(ratio, 2)
@@ -35,8 +35,8 @@ pub(super) fn much_damping(run: &Run, found: &ResponseResult) -> Option<Warning>
 
 /// Note that no pair slips or opens at any frequency.
 pub(super) fn all_stuck_note(run: &Run) -> Option<String> {
-    let found = run.response.as_ref()?;
-    let mut orbits = found
+    let response = run.response.as_ref()?;
+    let mut orbits = response
         .response
         .orbits
         .iter()
@@ -52,7 +52,7 @@ pub(super) fn all_stuck_note(run: &Run) -> Option<String> {
 
 /// Warnings about an excitation that excites no mode of the range, or about observations that show
 /// none of the modes that it excites.
-pub(super) fn without_resonance(run: &Run, found: &ResponseResult) -> Vec<Warning> {
+pub(super) fn resonance_warnings(run: &Run, found: &ResponseResult) -> Vec<Warning> {
     let reduced = &run.reduced;
     let hz = found.response.orbits.iter().map(|orbit| orbit.frequency_hz);
     let range = [

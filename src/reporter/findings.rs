@@ -1,10 +1,10 @@
 //! Warnings and remarks about a model, its static state and its response.
 
-use super::excited::{much_damping, without_resonance};
-use super::line::Line;
+use super::excited::{much_damping, resonance_warnings};
+use super::line::ReportLine;
 use super::mistakes::key_of_sides;
 use crate::motions::retained_words;
-use dovetail_export::warning::{LARGE_ERROR, Warning, doubt, remark, wrong};
+use dovetail_export::warning::{LARGE_ERROR, Warning, accuracy_warning, remark, wrong};
 use dovetail_export::words::{counted, percent, quantity};
 use dovetail_solver::contact::PairLaw;
 use dovetail_solver::dlft::branch::folds;
@@ -14,7 +14,7 @@ use dovetail_solver::dlft::settings::Resolution;
 use dovetail_solver::dlft::{Orbit, Outcome, Response, StaticCounts, StaticState};
 use dovetail_solver::model::Model;
 use dovetail_solver::problem::dynamic_stiffness::ContactSystem;
-use dovetail_solver::reduction::Truncation;
+use dovetail_solver::reduction::ModalTruncation;
 use dovetail_solver::results::around_axis::{FreeSides, free_sides};
 use dovetail_solver::results::far_slip::{FAR, TOO_FAR};
 use dovetail_solver::results::modes::hertz;
@@ -23,10 +23,10 @@ use dovetail_solver::results::quantities::{
     jump_hz, linear_peak, linear_peak_is_at_an_end, peak, peak_is_at_an_end, peak_rise,
 };
 use dovetail_solver::results::small::{
-    AtContact, LARGE_CLEARANCE, LARGE_DISPLACEMENT, LARGE_INTERFERENCE, LARGE_PRESSURE, Moved,
-    Sizes,
+    AssemblySizes, ContactShare, LARGE_CLEARANCE, LARGE_DISPLACEMENT, LARGE_INTERFERENCE,
+    LARGE_PRESSURE, Moved,
 };
-use dovetail_solver::run::{Bodies, Reduced, ResponseResult, Run, StaticResult};
+use dovetail_solver::run::{Bodies, ReducedScene, ResponseResult, Run, StaticResult};
 
 /// Estimated error of the first stuck frequencies by the modes of a body above which a warning is given.
 const LARGE_FREQUENCY_ERROR: f64 = 0.01;
@@ -34,11 +34,11 @@ const LARGE_FREQUENCY_ERROR: f64 = 0.01;
 const LARGE_HELD_FLANKS_ERROR: f64 = 0.01;
 
 /// Warnings about a response.
-pub(super) fn of_response(run: &Run) -> Vec<Warning> {
+pub(super) fn response_warnings(run: &Run) -> Vec<Warning> {
     let Some(found) = &run.response else {
         return Vec::new();
     };
-    let mut warnings = of_motion(run);
+    let mut warnings = motion_warnings(run);
     warnings.extend(held(found));
     let mut modes: Vec<f64> = (run.reduced.linear_omega2(&run.statics.state).iter())
         .map(|omega2| hertz(*omega2))
@@ -51,10 +51,15 @@ pub(super) fn of_response(run: &Run) -> Vec<Warning> {
         Some(_) => "the range of speeds (response.speed_rpm, or response.frequency_hz)",
         None => "response.frequency_hz or response.times_first_linear_mode",
     };
-    warnings.extend(of_frequencies(&run.reduced, &found.response, &modes, keys));
+    warnings.extend(frequency_warnings(
+        &run.reduced,
+        &found.response,
+        &modes,
+        keys,
+    ));
     warnings.extend(much_damping(run, found));
     if found.run_up.is_none() {
-        warnings.extend(without_resonance(run, found));
+        warnings.extend(resonance_warnings(run, found));
     }
     warnings.extend(few_modes(found.modes_reach));
     warnings.extend(flutter(run, found));
@@ -64,14 +69,14 @@ pub(super) fn of_response(run: &Run) -> Vec<Warning> {
 /// Warning about modes of the wave of the first harmonic that the air drives, if any.
 fn flutter(run: &Run, found: &ResponseResult) -> Option<Warning> {
     let problem = &run.reduced.problem;
-    let of = problem.reduced.of_harmonic(1);
+    let of = problem.reduced.harmonic_model(1);
     of.influence?;
     let system = ContactSystem::new(problem, found.damping);
     let modes = (0..of.model.stuck_modes).step_by(of.copies());
     let ratios = modes.map(|mode| (mode, system.damping_ratio(1, mode)));
     let driven: Vec<(usize, f64)> = ratios.filter(|(_, ratio)| *ratio < 0.0).collect();
     let (mode, ratio) = driven.iter().min_by(|a, b| a.1.total_cmp(&b.1))?;
-    Some(doubt(format!(
+    Some(accuracy_warning(format!(
         "the air drives {} of the wave of the response with all pairs stuck: mode {}, at {:.4} Hz, has a damping ratio of {}; \
          without slip these motions grow, and the response to the excitation alone need not be what the blades do; \
          `dovetail backbone` has the amplitudes at which friction holds them",
@@ -83,11 +88,11 @@ fn flutter(run: &Run, found: &ResponseResult) -> Option<Warning> {
 }
 
 /// Warnings about clearances and interferences that are not small.
-pub(super) fn of_gaps(model: &Model) -> Vec<Warning> {
-    let [clearance, interference] = Sizes::of(model).widest_gaps();
+pub(super) fn gap_warnings(model: &Model) -> Vec<Warning> {
+    let [clearance, interference] = AssemblySizes::new(model).widest_gaps();
     let mut warnings = Vec::new();
     if let Some(gap) = clearance.filter(|gap| gap.share > LARGE_CLEARANCE) {
-        warnings.push(doubt(format!(
+        warnings.push(accuracy_warning(format!(
             "contact `{}` has a clearance of {}, {} of the size of its flank: places that face each other across so wide a gap \
              need not meet; check gap_m, gap = \"mesh\", and the units of the mesh",
             gap.contact,
@@ -96,7 +101,7 @@ pub(super) fn of_gaps(model: &Model) -> Vec<Warning> {
         )));
     }
     if let Some(gap) = interference.filter(|gap| gap.share > LARGE_INTERFERENCE) {
-        warnings.push(doubt(format!(
+        warnings.push(accuracy_warning(format!(
             "contact `{}` has an interference of {}, {} of the size of its flank: the bodies lie deep in each other, which linear \
              elasticity does not cover; check gap_m, gap = \"mesh\", and where the bodies lie",
             gap.contact,
@@ -108,31 +113,31 @@ pub(super) fn of_gaps(model: &Model) -> Vec<Warning> {
 }
 
 /// Notes and warnings about a reduced model.
-pub(super) fn of_reduced(reduced: &Reduced) -> Vec<Line> {
+pub(super) fn model_lines(reduced: &ReducedScene) -> Vec<ReportLine> {
     let mut lines = Vec::new();
     if reduced.bodies.is_none() {
         let pairs = reduced.pairs.rows.len();
-        lines.push(Line::Note(format!("{pairs} contact pairs")));
+        lines.push(ReportLine::Note(format!("{pairs} contact pairs")));
     }
-    lines.extend(much_friction(reduced).map(Line::Warning));
+    lines.extend(much_friction(reduced).map(ReportLine::Warning));
     let stuck = reduced.stuck_omega2();
     if let Some(omega2) = stuck.first() {
-        lines.push(Line::Note(format!(
+        lines.push(ReportLine::Note(format!(
             "first stuck mode {:.4} Hz",
             hertz(*omega2)
         )));
     }
     if let Some(bodies) = &reduced.bodies {
         let truncation = &bodies.modes.truncation;
-        lines.push(Line::Note(truncation_note(stuck.len(), truncation)));
-        lines.extend(few_stuck_modes(truncation).map(Line::Warning));
-        lines.extend(few_modes_of_bodies(truncation).map(Line::Warning));
-        lines.extend(held_flanks(bodies).map(Line::Warning));
+        lines.push(ReportLine::Note(truncation_note(stuck.len(), truncation)));
+        lines.extend(few_stuck_modes(truncation).map(ReportLine::Warning));
+        lines.extend(few_modes_of_bodies(truncation).map(ReportLine::Warning));
+        lines.extend(held_flanks(bodies).map(ReportLine::Warning));
     }
     lines
 }
 
-fn much_friction(reduced: &Reduced) -> Option<Warning> {
+fn much_friction(reduced: &ReducedScene) -> Option<Warning> {
     let pairs = reduced.problem.laws.iter();
     let largest = pairs.map(|pair| pair.friction).fold(0.0, f64::max);
     (largest > PairLaw::MOST_FRICTION).then(|| {
@@ -146,14 +151,14 @@ fn much_friction(reduced: &Reduced) -> Option<Warning> {
 fn held_flanks(bodies: &Bodies) -> Option<Warning> {
     let error = bodies.modes.held_flanks_error;
     let error = error.filter(|error| *error > LARGE_HELD_FLANKS_ERROR)?;
-    Some(doubt(format!(
+    Some(accuracy_warning(format!(
         "the prestress of held flanks is not that of the assembly: its first frequencies change by an estimated {} with the stress \
          that the contacts hand on (held_flanks_error of summary.json); take prestress = \"contact\" of [rotation], the default",
         percent(error, 2)
     )))
 }
 
-fn truncation_note(modes: usize, truncation: &Truncation) -> String {
+fn truncation_note(modes: usize, truncation: &ModalTruncation) -> String {
     let amplitude = match truncation.amplitude {
         Some(error) => format!("amplitudes of the linear curve err by about {error:.0e}"),
         None => "they do not reach the highest frequency of the linear curve".to_string(),
@@ -170,7 +175,7 @@ fn truncation_note(modes: usize, truncation: &Truncation) -> String {
 }
 
 /// Warning that the stuck modes kept are too few for the linear curve.
-fn few_stuck_modes(truncation: &Truncation) -> Option<Warning> {
+fn few_stuck_modes(truncation: &ModalTruncation) -> Option<Warning> {
     let text = match truncation.amplitude {
         None => "the stuck modes kept do not reach the highest frequency of the linear curve, and amplitudes above the last one lack \
                  the modes left out: take more response.stuck_modes"
@@ -182,15 +187,15 @@ fn few_stuck_modes(truncation: &Truncation) -> Option<Warning> {
         ),
         Some(_) => return None,
     };
-    Some(doubt(text))
+    Some(accuracy_warning(text))
 }
 
 /// Warning that the modes kept of the bodies that are reduced by themselves are too few.
-fn few_modes_of_bodies(truncation: &Truncation) -> Option<Warning> {
+fn few_modes_of_bodies(truncation: &ModalTruncation) -> Option<Warning> {
     let errors = truncation.frequencies.iter().copied().enumerate();
     let (mode, error) = errors.max_by(|a, b| a.1.total_cmp(&b.1))?;
     (error > LARGE_FREQUENCY_ERROR).then(|| {
-        doubt(format!(
+        accuracy_warning(format!(
             "the fixed_interface_modes kept of the bodies raise the first {} stuck frequencies by up to an estimated {} (mode {}): keep \
              more of them, or leave body.*.fixed_interface_modes out: the body is then not reduced by itself",
             truncation.frequencies.len(),
@@ -201,7 +206,7 @@ fn few_modes_of_bodies(truncation: &Truncation) -> Option<Warning> {
 }
 
 /// Note on the first linear mode, if pairs are open in the static state.
-pub(super) fn linear_note(reduced: &Reduced, statics: &StaticResult) -> Option<String> {
+pub(super) fn linear_note(reduced: &ReducedScene, statics: &StaticResult) -> Option<String> {
     let state = &statics.state;
     let open = state.open_pairs().len();
     if statics.usable().is_err() || state.linear.not_released.is_some() || open == 0 {
@@ -215,7 +220,7 @@ pub(super) fn linear_note(reduced: &Reduced, statics: &StaticResult) -> Option<S
 }
 
 /// Warnings about the static state.
-pub(super) fn of_static(reduced: &Reduced, statics: &StaticResult) -> Vec<Warning> {
+pub(super) fn static_warnings(reduced: &ReducedScene, statics: &StaticResult) -> Vec<Warning> {
     let state = &statics.state;
     let mut warnings = Vec::new();
     if let (Some(retention_n), true) = (state.retention_n, state.outcome.is_converged()) {
@@ -227,7 +232,7 @@ pub(super) fn of_static(reduced: &Reduced, statics: &StaticResult) -> Vec<Warnin
     }
     if let (Some(why), true) = (&state.linear.not_released, statics.usable().is_ok()) {
         let open = state.open_pairs().len();
-        warnings.push(doubt(format!(
+        warnings.push(accuracy_warning(format!(
             "without the {open} pairs that are open in the static state the assembly has no linear modes ({why}): the linear curve, \
              damping.ratio and response.times_first_linear_mode take them as stuck"
         )));
@@ -242,7 +247,7 @@ pub(super) fn of_static(reduced: &Reduced, statics: &StaticResult) -> Vec<Warnin
         warnings.extend(all_open(&reduced.pairs, state, &sides.collect::<Vec<_>>()));
     }
     if let Some(bodies) = &reduced.bodies {
-        let sizes = Sizes::of(bodies.model());
+        let sizes = AssemblySizes::new(bodies.model());
         let moved = statics.farthest.as_ref();
         warnings.extend(moved.and_then(|moved| far_moved(place, moved)));
         let hardest = sizes.hardest_static(state);
@@ -259,15 +264,15 @@ const NEARLY_ALL: f64 = 0.9;
 fn all_open(pairs: &PairTable, state: &StaticState, sides: &[FreeSides<'_>]) -> Option<Warning> {
     let contacts = pairs.contacts.iter().enumerate();
     let open = contacts.filter_map(|(c, name)| {
-        let own = || {
+        let contact_rows = || {
             pairs
                 .rows
                 .iter()
                 .zip(&state.status)
                 .filter(|(row, _)| row.contact == c)
         };
-        let counts: StaticCounts = own().map(|(_, status)| *status).collect();
-        let is_conformal = own().all(|(row, _): (&PairRow, _)| row.gap_m <= 0.0);
+        let counts: StaticCounts = contact_rows().map(|(_, status)| *status).collect();
+        let is_conformal = contact_rows().all(|(row, _): (&PairRow, _)| row.gap_m <= 0.0);
         let (open, all) = (counts.open, counts.pairs());
         let is_open = open > 0 && open == all;
         let is_nearly = is_conformal && open as f64 >= NEARLY_ALL * all as f64 && open > 0;
@@ -301,7 +306,7 @@ fn all_open(pairs: &PairTable, state: &StaticState, sides: &[FreeSides<'_>]) -> 
 
 /// Warnings about slides, displacements and pressures of a response, without those that the static
 /// state already has.
-pub(super) fn of_motion(run: &Run) -> Vec<Warning> {
+pub(super) fn motion_warnings(run: &Run) -> Vec<Warning> {
     let (reduced, statics) = (&run.reduced, &run.statics);
     let Some(found) = &run.response else {
         return Vec::new();
@@ -310,7 +315,7 @@ pub(super) fn of_motion(run: &Run) -> Vec<Warning> {
     let slide = far_slide(place, found.slide).filter(|_| statics.slide < FAR);
     let mut warnings: Vec<Warning> = slide.into_iter().collect();
     if let Some(bodies) = &reduced.bodies {
-        let sizes = Sizes::of(bodies.model());
+        let sizes = AssemblySizes::new(bodies.model());
         let moved = found.farthest.as_ref();
         warnings.extend(moved.and_then(|moved| far_moved(place, moved)));
         let is_new = sizes
@@ -326,7 +331,7 @@ pub(super) fn of_motion(run: &Run) -> Vec<Warning> {
 /// other.
 fn far_slide(place: &str, farthest: f64) -> Option<Warning> {
     (FAR..=TOO_FAR).contains(&farthest).then(|| {
-        doubt(format!(
+        accuracy_warning(format!(
             "{place} a pair slides by {} of the shorter side of its flank: the two sides of a pair are \
              assumed to stay opposite each other, and a solution that slides by more than {} % is refused",
             percent(farthest, 2),
@@ -337,7 +342,7 @@ fn far_slide(place: &str, farthest: f64) -> Option<Warning> {
 
 fn far_moved(place: &str, moved: &Moved) -> Option<Warning> {
     (moved.share() > LARGE_DISPLACEMENT).then(|| {
-        doubt(format!(
+        accuracy_warning(format!(
             "{place} {} of body `{}` moves by {}, {} of the longest side of the body ({}): displacements are taken to be small; \
              check the units of the loads, of young_pa and of the mesh, or load and excite it less",
             moved.what,
@@ -349,9 +354,9 @@ fn far_moved(place: &str, moved: &Moved) -> Option<Warning> {
     })
 }
 
-fn hard_pressed(place: &str, at: &AtContact) -> Option<Warning> {
+fn hard_pressed(place: &str, at: &ContactShare) -> Option<Warning> {
     (at.share > LARGE_PRESSURE).then(|| {
-        doubt(format!(
+        accuracy_warning(format!(
             "{place} a pair of contact `{}` is pressed with {}, {} of Young's modulus: strains are taken to be small, and most \
              materials yield before; check the units of the loads and of young_pa, gap_m and the mesh at the edges of the flank",
             at.contact,
@@ -377,7 +382,7 @@ fn held(found: &ResponseResult) -> Option<Warning> {
     } else {
         format!("no motion was found in which friction alone holds {what}")
     };
-    Some(doubt(format!(
+    Some(accuracy_warning(format!(
         "at {} of {} frequencies {why}: the mean position was held there, as a lock plate does, with up to {} (column \
          retention_n of response.csv)",
         held.len(),
@@ -388,8 +393,8 @@ fn held(found: &ResponseResult) -> Option<Warning> {
 
 /// Warnings about frequencies: first those that failed, then those that are doubtful.
 /// `keys` give the range.
-fn of_frequencies(
-    reduced: &Reduced,
+fn frequency_warnings(
+    reduced: &ReducedScene,
     response: &Response,
     modes_hz: &[f64],
     keys: &str,
@@ -403,7 +408,7 @@ fn of_frequencies(
             .filter(|o| o.outcome == outcome)
             .count()
     };
-    let leaving = ended(Outcome::LeavesSlot);
+    let leaving = ended(Outcome::ExcitationExceedsPreload);
     if leaving > 0 {
         warnings.push(wrong(format!(
             "at {leaving} of {all} frequencies the bodies would come apart: even applied slowly the excitation pulls harder at the \
@@ -434,7 +439,7 @@ fn of_frequencies(
     }
     let inaccurate = ended(Outcome::AccuracyNotReached);
     if inaccurate > 0 {
-        warnings.push(doubt(format!(
+        warnings.push(accuracy_warning(format!(
             "at {inaccurate} of {all} frequencies the error is estimated above the accuracy asked for, and they do not count as converged: \
              with more harmonics, at most {}, no motion was found or the estimate did not fall (outcome accuracy_not_reached and column \
              estimated_error of response.csv)",
@@ -453,7 +458,7 @@ fn of_frequencies(
         let (name, unit) = observed
             .get(several.observation)
             .map_or(("", "m"), |one| (one.name.as_str(), one.quantity.unit()));
-        warnings.push(doubt(format!(
+        warnings.push(accuracy_warning(format!(
             "from {:.4} to {:.4} Hz several motions were found: at {:.4} Hz the amplitude of {} is {} in the largest and {} in the \
              smallest (response.second_motion of summary.json). Which of them is met depends on how the frequency is reached{unstable}{}",
             several.from_hz,
@@ -510,7 +515,7 @@ fn gaps(response: &Response) -> Option<Warning> {
     let gaps: Vec<usize> = branches.flat_map(|b| b.gaps.iter().copied()).collect();
     let first = *gaps.first()?;
     let [from, to] = [first - 1, first].map(|i| response.orbits[i].frequency_hz);
-    Some(doubt(format!(
+    Some(accuracy_warning(format!(
         "the curve could not be followed everywhere: it has {}, the first from {from:.4} to {to:.4} Hz, where nothing is known of it; \
          give a grid (response.points) to solve each frequency by itself",
         counted(gaps.len(), "gap", "gaps"),
@@ -523,7 +528,7 @@ fn truncation(response: &Response) -> Option<Warning> {
     let errors: Vec<f64> = converged.filter_map(|o| o.estimated_error).collect();
     let above = errors.iter().filter(|e| **e > LARGE_ERROR).count();
     (above > 0).then(|| {
-        doubt(format!(
+        accuracy_warning(format!(
             "at {above} of {} frequencies the harmonics left out are estimated to change the amplitude by more than {} %, at worst by {:.1} % \
              (column estimated_error of response.csv): take more response.harmonics, or response.accuracy = 0.01 in their place",
             response.orbits.len(),
@@ -536,7 +541,7 @@ fn truncation(response: &Response) -> Option<Warning> {
 /// Warning that harmonics of a solution may lie above the retained modes.
 fn few_modes(modes_reach: Option<f64>) -> Option<Warning> {
     let reach = modes_reach.filter(|reach| *reach < 1.0)?;
-    Some(doubt(format!(
+    Some(accuracy_warning(format!(
         "the last stuck mode kept lies at {reach:.2} times the frequency of the highest harmonic: above it the bodies answer without their \
          own modes (truncation.modes_reach of summary.json); take more response.stuck_modes and see whether the amplitude stays"
     )))
@@ -554,7 +559,7 @@ fn hidden_peak(
     let at_end = peak(response, observation)
         .filter(|peak| peak.amplitude_m > 0.0 && peak_is_at_an_end(response, observation));
     if let Some(peak) = at_end {
-        warnings.push(doubt(format!(
+        warnings.push(accuracy_warning(format!(
             "the largest amplitude of {name} is at an end of the range, {:.3} Hz: a peak may lie outside; widen {keys}{}",
             peak.frequency_hz,
             nearest_modes(modes_hz, peak.frequency_hz)
@@ -562,7 +567,7 @@ fn hidden_peak(
     } else if let Some(linear) = linear_peak(response, observation)
         .filter(|peak| peak.amplitude_m > 0.0 && linear_peak_is_at_an_end(response, observation))
     {
-        warnings.push(doubt(format!(
+        warnings.push(accuracy_warning(format!(
             "the largest linear amplitude of {name} is at an end of the range, {:.3} Hz: the linear peak may lie outside, and the ratio of \
              the two peaks then says nothing; widen {keys}, or give the range of \
              another mode{}",
@@ -571,7 +576,7 @@ fn hidden_peak(
         )));
     }
     if let (Some([from_hz, to_hz]), false) = (jump_hz(response, observation), is_linear) {
-        warnings.push(doubt(format!(
+        warnings.push(accuracy_warning(format!(
             "the amplitude of {name} jumps between {from_hz:.4} and {to_hz:.4} Hz, where the curve may fold and other motions be possible: \
              leave response.points out, and the curve is followed round its folds"
         )));
@@ -589,7 +594,7 @@ fn hidden_peak(
         } else {
             "more than twice as high".to_owned()
         };
-        warnings.push(doubt(format!(
+        warnings.push(accuracy_warning(format!(
             "between two frequencies the peak of {name} may be {higher}: take {remedy}"
         )));
     }
@@ -633,7 +638,7 @@ mod tests {
     #[test]
     fn motions_that_differ_less_than_their_error_may_be_one() {
         let orbit = |(hz, errors): (f64, [f64; 2])| {
-            let mut orbit = Orbit::without_motion(hz, Outcome::Converged);
+            let mut orbit = Orbit::motionless(hz, Outcome::Converged);
             orbit.observed_error = errors.to_vec();
             orbit
         };
@@ -653,7 +658,7 @@ mod tests {
                 branch.gaps = gaps.to_vec();
                 branch
             };
-            let orbit = |hz| Orbit::without_motion(hz, Outcome::Converged);
+            let orbit = |hz| Orbit::motionless(hz, Outcome::Converged);
             let response = Response {
                 orbits: [10.0, 20.0, 30.5, 40.0].map(orbit).to_vec(),
                 branches: branches.map(branch).to_vec(),

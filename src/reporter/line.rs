@@ -3,12 +3,12 @@
 use dovetail_export::warning::{Warning, Weight};
 
 /// Note or warning.
-pub(super) enum Line {
+pub(super) enum ReportLine {
     Note(String),
     Warning(Warning),
 }
 
-impl Line {
+impl ReportLine {
     pub(super) fn warning(weight: Weight, text: String) -> Self {
         Self::Warning(Warning { weight, text })
     }

@@ -1,6 +1,6 @@
 //! Reports how fields at points in space were mapped to the surfaces that they act on.
 
-use super::line::Line;
+use super::line::ReportLine;
 use dovetail_export::warning::Weight;
 use dovetail_export::words::{counted, percent, quantity, vector};
 use dovetail_solver::model::{FieldMap, Model};
@@ -10,11 +10,11 @@ use dovetail_solver::model::{FieldMap, Model};
 const ROUGH: f64 = 0.3;
 
 /// Adds a note on each field, and the warnings about it.
-pub(super) fn tell(model: &Model, lines: &mut Vec<Line>) {
+pub(super) fn report_maps(model: &Model, lines: &mut Vec<ReportLine>) {
     for map in &model.maps {
-        lines.push(Line::Note(note(map)));
+        lines.push(ReportLine::Note(note(map)));
         let doubts = doubts(map).into_iter();
-        lines.extend(doubts.map(|doubt| Line::warning(Weight::Doubt, doubt)));
+        lines.extend(doubts.map(|doubt| ReportLine::warning(Weight::Doubt, doubt)));
     }
 }
 

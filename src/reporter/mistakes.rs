@@ -3,27 +3,27 @@
 
 use std::f64::consts::PI;
 
-use super::line::Line;
+use super::line::ReportLine;
 use dovetail_export::warning::Weight;
 use dovetail_export::words::{quantity, short};
 use dovetail_mesh::{ElementOrder, ElementType, Shape};
 use dovetail_solver::model::{Assembly, BodyMesh, ContactLaw, Model, Strength};
-use dovetail_solver::results::around_axis::{FreeSides, at_axis, free_sides};
+use dovetail_solver::results::around_axis::{FreeSides, bodies_on_axis, free_sides};
 use dovetail_solver::run::Bound;
 
 /// Notes and warnings about likely mistakes.
-pub(super) fn lines(assembly: &Assembly, bound: &Bound) -> Vec<Line> {
+pub(super) fn lines(assembly: &Assembly, bound: &Bound) -> Vec<ReportLine> {
     let model = &bound.model;
     let doubts = stiff_elements(model)
         .into_iter()
         .chain(radians(assembly))
         .chain(axis_at_bodies(model))
-        .map(|text| Line::warning(Weight::Doubt, text));
-    let wrong = per_cent(assembly)
+        .map(|text| ReportLine::warning(Weight::Doubt, text));
+    let wrong = percent_warnings(assembly)
         .chain(strengths(assembly))
-        .map(|text| Line::warning(Weight::Wrong, text));
+        .map(|text| ReportLine::warning(Weight::Wrong, text));
     let sides = free_sides(model).map(|body| {
-        Line::Note(format!(
+        ReportLine::Note(format!(
             "{}: its sides are free; if it is a sector of a disc, its neighbours hold it there: give {} on the sides, or name them in [cyclic]",
             body.name,
             key_of_sides(&body)
@@ -109,7 +109,7 @@ fn radians(assembly: &Assembly) -> Vec<String> {
 const PER_CENT: std::ops::RangeInclusive<f64> = 3.0..=100.0;
 
 /// Warnings about coefficients of friction in per cent.
-fn per_cent(assembly: &Assembly) -> impl Iterator<Item = String> {
+fn percent_warnings(assembly: &Assembly) -> impl Iterator<Item = String> {
     let rub = assembly.contacts.iter().filter(|contact| {
         contact.law == ContactLaw::UnilateralCoulomb && contact.friction_at.is_none()
     });
@@ -153,7 +153,7 @@ fn strengths(assembly: &Assembly) -> impl Iterator<Item = String> {
 
 /// Warnings about an axis of rotation that runs through a body.
 fn axis_at_bodies(model: &Model) -> Vec<String> {
-    let at_axis = at_axis(model).into_iter().map(|body| {
+    let at_axis = bodies_on_axis(model).into_iter().map(|body| {
         let why = if body.in_the_middle {
             "through the middle of"
         } else {

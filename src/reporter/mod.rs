@@ -1,9 +1,10 @@
 //! Observes a run, measures its time, and passes its events on: as news to a [`Listener`], which is
 //! [`crate::console`] in the program, as files to [`crate::files`].
 //!
-//! A new [`Event`] gets an arm in `Inner::hear` where notes, warnings or files follow from it. Its words stand in `model.rs` (what a mesh has
-//! become, with `maps.rs`, `units.rs` and `mistakes.rs`) or `findings.rs` (what a user should mind, with `excited.rs`). What the
-//! files make of it is an arm in `Files::hear`.
+//! A new [`Event`] gets an arm in `Inner::handle_event` where notes, warnings or files follow from
+//! it. Its words stand in `model.rs` (what a mesh has become, with `maps.rs`, `units.rs` and
+//! `mistakes.rs`) or `findings.rs` (what a user should mind, with `excited.rs`). What the files
+//! make of it is an arm in `RunFiles::handle_event`.
 //!
 //! Several threads use one reporter. Each call holds a lock until the event is written and printed,
 //! so that nothing in `Inner` may call a method of [`Reporter`].
@@ -21,10 +22,10 @@ use std::ops::ControlFlow;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 
-use self::line::Line;
+use self::line::ReportLine;
 use crate::error::RunError;
 use crate::exhaustion;
-use crate::files::{SharedFiles, Taken};
+use crate::files::{RunTimes, SharedFiles};
 use crate::listener::{Listener, News};
 use crate::metrics::{peak_rss_mib, processor_seconds};
 use dovetail_cache::Log;
@@ -66,15 +67,15 @@ impl fmt::Debug for Reporter<'_> {
 impl<'c> Reporter<'c> {
     /// Reporter that tells `listener`, and writes `files`, if any.
     pub fn new(listener: &'c mut dyn Listener, files: Option<Arc<SharedFiles>>) -> Self {
-        Self::of(Some(listener), files)
+        Self::create(Some(listener), files)
     }
 
     /// Reporter that writes `files`, if any, and tells nobody.
     pub fn silent(files: Option<Arc<SharedFiles>>) -> Self {
-        Self::of(None, files)
+        Self::create(None, files)
     }
 
-    fn of(listener: Option<&'c mut dyn Listener>, files: Option<Arc<SharedFiles>>) -> Self {
+    fn create(listener: Option<&'c mut dyn Listener>, files: Option<Arc<SharedFiles>>) -> Self {
         Self {
             begin: Instant::now(),
             processor_begin: processor_seconds(),
@@ -107,11 +108,11 @@ impl<'c> Reporter<'c> {
 
     /// Begins a stage outside of the library, which ends when the guard is dropped.
     #[must_use = "the stage ends when the guard is dropped"]
-    pub fn stage(&self, stage: Stage) -> StageGuard<'_, 'c> {
+    pub fn stage(&self, stage: Stage) -> ProgramStage<'_, 'c> {
         let reads = matches!(stage, Stage::Mesh | Stage::Matrices | Stage::ReducedModel);
         exhaustion::reads_files(reads);
-        self.inner().begin(stage.title());
-        StageGuard {
+        self.inner().begin_stage(stage.title());
+        ProgramStage {
             reporter: self,
             stage,
             from_cache: false,
@@ -121,14 +122,14 @@ impl<'c> Reporter<'c> {
     /// Passes on the warnings about the motions of a run whose events were not observed.
     pub fn judge(&self, run: &Run) {
         let mut inner = self.inner();
-        inner.warnings(findings::of_static(&run.reduced, &run.statics));
-        inner.warnings(findings::of_motion(run));
+        inner.warnings(findings::static_warnings(&run.reduced, &run.statics));
+        inner.warnings(findings::motion_warnings(run));
     }
 
     /// Time and stages of the run so far.
-    pub fn taken(&self) -> Taken {
+    pub fn run_times(&self) -> RunTimes {
         let used = processor_seconds().zip(self.processor_begin);
-        Taken {
+        RunTimes {
             stages: self.inner().ended.clone(),
             seconds: self.begin.elapsed().as_secs_f64(),
             // What the process used before is that of a program that it replaced: `cargo run` and
@@ -141,7 +142,7 @@ impl<'c> Reporter<'c> {
     ///
     /// # Errors
     /// The error of the work, or the error by which the reporter ended it.
-    pub fn hears<T>(
+    pub fn run_observed<T>(
         &self,
         store: &mut dyn Store,
         work: impl FnOnce(&Session<'_>) -> Result<T, Error>,
@@ -155,7 +156,7 @@ impl<'c> Reporter<'c> {
     }
 
     /// Result of what the run asks for; an error ends the run.
-    pub fn unless_failed<T>(&self, result: Result<T, RunError>) -> ControlFlow<(), T> {
+    pub fn stop_on_error<T>(&self, result: Result<T, RunError>) -> ControlFlow<(), T> {
         match result {
             Ok(answer) => ControlFlow::Continue(answer),
             Err(error) => {
@@ -178,30 +179,30 @@ impl Log for Reporter<'_> {
 
 /// Stage under way outside of the library.
 #[derive(Debug)]
-pub struct StageGuard<'r, 'c> {
+pub struct ProgramStage<'r, 'c> {
     reporter: &'r Reporter<'c>,
     stage: Stage,
     from_cache: bool,
 }
 
-impl StageGuard<'_, '_> {
+impl ProgramStage<'_, '_> {
     /// Marks the result of the stage as kept from an earlier run.
-    pub fn from_cache(&mut self) {
+    pub fn mark_cached(&mut self) {
         self.from_cache = true;
     }
 }
 
-impl Drop for StageGuard<'_, '_> {
+impl Drop for ProgramStage<'_, '_> {
     fn drop(&mut self) {
-        let end = StageEnd::of_caller(self.stage, self.from_cache);
+        let end = StageEnd::caller_stage(self.stage, self.from_cache);
         self.reporter.inner().end(&end);
     }
 }
 
 impl Observer for &Reporter<'_> {
-    fn on(&mut self, event: &Event<'_>) -> ControlFlow<()> {
+    fn on_event(&mut self, event: &Event<'_>) -> ControlFlow<()> {
         let mut inner = self.inner();
-        match inner.hear(event) {
+        match inner.handle_event(event) {
             Ok(()) if inner.is_ended => ControlFlow::Break(()),
             Ok(()) => ControlFlow::Continue(()),
             Err(error) => {
@@ -213,21 +214,21 @@ impl Observer for &Reporter<'_> {
 }
 
 impl Inner<'_> {
-    fn tell(&mut self, news: News<'_>) {
+    fn notify(&mut self, news: News<'_>) {
         if let Some(listener) = &mut self.listener {
-            self.is_ended |= listener.hear(news).is_break();
+            self.is_ended |= listener.on_news(news).is_break();
         }
     }
 
     fn note(&mut self, message: &str) {
-        self.tell(News::Note(message));
+        self.notify(News::Note(message));
     }
 
     fn warning(&mut self, warning: &Warning) {
         if let Some(files) = &self.files {
             files.locked().warning(warning);
         }
-        self.tell(News::Warning(warning));
+        self.notify(News::Warning(warning));
     }
 
     fn warnings(&mut self, warnings: impl IntoIterator<Item = Warning>) {
@@ -236,21 +237,21 @@ impl Inner<'_> {
         }
     }
 
-    fn lines(&mut self, lines: Vec<Line>) {
+    fn lines(&mut self, lines: Vec<ReportLine>) {
         for line in lines {
             match line {
-                Line::Note(text) => self.note(&text),
-                Line::Warning(warning) => self.warning(&warning),
+                ReportLine::Note(text) => self.note(&text),
+                ReportLine::Warning(warning) => self.warning(&warning),
             }
         }
     }
 
-    fn begin(&mut self, title: &str) {
+    fn begin_stage(&mut self, title: &str) {
         self.under_way.push(Began {
             at: Instant::now(),
             processor_seconds: processor_seconds(),
         });
-        self.tell(News::StageBegins(title));
+        self.notify(News::StageBegins(title));
     }
 
     fn end(&mut self, end: &StageEnd) {
@@ -269,15 +270,15 @@ impl Inner<'_> {
             from_cache: end.from_store,
             unknowns: end.unknowns.clone(),
         };
-        self.tell(News::StageEnds(&stage));
+        self.notify(News::StageEnds(&stage));
         self.ended.push(stage);
     }
 
-    fn hear(&mut self, event: &Event<'_>) -> Result<(), RunError> {
+    fn handle_event(&mut self, event: &Event<'_>) -> Result<(), RunError> {
         match event {
             Event::StageBegins { title, .. } => {
                 exhaustion::reads_files(false);
-                self.begin(title);
+                self.begin_stage(title);
                 return Ok(());
             }
             Event::StageEnds(end) => {
@@ -291,18 +292,18 @@ impl Inner<'_> {
             } => {
                 self.write(event)?;
                 self.lines(model::lines(assembly, mesh, bound));
-                self.warnings(findings::of_gaps(&bound.model));
+                self.warnings(findings::gap_warnings(&bound.model));
             }
             Event::PrestressPass { number, pass } => self.note(&model::pass_note(*number, pass)),
             Event::Reduced(reduced) => {
                 self.write(event)?;
-                self.lines(findings::of_reduced(reduced));
+                self.lines(findings::model_lines(reduced));
             }
             Event::StaticState { reduced, statics } => {
                 if let Some(note) = findings::linear_note(reduced, statics) {
                     self.note(&note);
                 }
-                self.warnings(findings::of_static(reduced, statics));
+                self.warnings(findings::static_warnings(reduced, statics));
                 self.write_in_stage(Stage::StaticFiles, event)?;
             }
             Event::ResponseBegins { .. } | Event::Worn(_) | Event::Peak { .. } => {
@@ -312,18 +313,18 @@ impl Inner<'_> {
                 if let Some(note) = excited::all_stuck_note(run) {
                     self.note(&note);
                 }
-                self.warnings(findings::of_response(run));
+                self.warnings(findings::response_warnings(run));
                 self.write_in_stage(Stage::ResponseFiles, event)?;
             }
             _ => {}
         }
-        self.tell(News::Event(event));
+        self.notify(News::Event(event));
         Ok(())
     }
 
     fn write(&self, event: &Event<'_>) -> Result<(), RunError> {
         match &self.files {
-            Some(files) => files.locked().hear(event),
+            Some(files) => files.locked().handle_event(event),
             None => Ok(()),
         }
     }
@@ -332,9 +333,9 @@ impl Inner<'_> {
         if self.files.is_none() {
             return Ok(());
         }
-        self.begin(stage.title());
+        self.begin_stage(stage.title());
         let written = self.write(event);
-        self.end(&StageEnd::of_caller(stage, false));
+        self.end(&StageEnd::caller_stage(stage, false));
         written
     }
 }
@@ -349,7 +350,7 @@ mod tests {
     struct Nervous(Vec<String>);
 
     impl Listener for Nervous {
-        fn hear(&mut self, news: News<'_>) -> ControlFlow<()> {
+        fn on_news(&mut self, news: News<'_>) -> ControlFlow<()> {
             match news {
                 News::StageBegins(title) => self.0.push(title.to_owned()),
                 News::Warning(warning) => {
@@ -367,7 +368,7 @@ mod tests {
         let mut nervous = Nervous::default();
         {
             let reporter = Reporter::new(&mut nervous, None);
-            let goes_on = || (&mut &reporter).on(&Event::LoopEnds).is_continue();
+            let goes_on = || (&mut &reporter).on_event(&Event::LoopEnds).is_continue();
             drop(reporter.stage(Stage::Mesh));
             assert!(goes_on());
             reporter.warning(Weight::Doubt, "flat elements");
@@ -382,15 +383,15 @@ mod tests {
         {
             let _outer = reporter.stage(Stage::Mesh);
             let mut inner = reporter.stage(Stage::ReducedModelFiles);
-            inner.from_cache();
+            inner.mark_cached();
             std::thread::sleep(Duration::from_millis(5));
         }
-        let mut kept = StageEnd::of_caller(Stage::Reduction, true);
+        let mut kept = StageEnd::caller_stage(Stage::Reduction, true);
         kept.took = Some(Duration::from_secs(2));
         kept.unknowns = vec![7, 3];
-        reporter.inner().begin("reduction");
+        reporter.inner().begin_stage("reduction");
         reporter.inner().end(&kept);
-        let taken = reporter.taken();
+        let taken = reporter.run_times();
         let names: Vec<&str> = taken.stages.iter().map(|s| s.name.as_str()).collect();
         assert_eq!(names, ["files of the reduced model", "mesh", "reduction"]);
         assert!(taken.stages[..2].iter().all(|s| s.seconds >= 0.005));

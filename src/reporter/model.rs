@@ -1,7 +1,7 @@
 //! Reports the model made from a mesh: counts, masses, the positions of the flanks on each other,
 //! and possible mistakes.
 
-use super::line::Line;
+use super::line::ReportLine;
 use super::mistakes::element_words;
 use super::{maps, mistakes, units};
 use dovetail_export::warning::Weight;
@@ -12,32 +12,32 @@ use dovetail_solver::fem::mass_properties::MassProperties;
 use dovetail_solver::model::gather::name_for;
 use dovetail_solver::model::{
     Assembly, Body, BodySpec, ContactLaw, ContactSpec, Cyclic, DashpotSpec, FlankMatch,
-    FrictionMap, Gap, Matrices, Model, PlacedMatrices, Side, SpringSpec,
+    FrictionMap, Gap, MatrixOrigin, Model, PlacedMatrices, Side, SpringSpec,
 };
 use dovetail_solver::run::{Bound, PrestressPass};
 
 /// Notes and warnings about a bound assembly.
-pub(super) fn lines(assembly: &Assembly, mesh: &Mesh, bound: &Bound) -> Vec<Line> {
+pub(super) fn lines(assembly: &Assembly, mesh: &Mesh, bound: &Bound) -> Vec<ReportLine> {
     let model = &bound.model;
     let springs = assembly.springs.iter().map(spring_note);
     let dashpots = assembly.dashpots.iter().map(dashpot_note);
-    let mut lines: Vec<Line> = springs.chain(dashpots).map(Line::Note).collect();
+    let mut lines: Vec<ReportLine> = springs.chain(dashpots).map(ReportLine::Note).collect();
     warn_of_held_volumes(assembly, mesh, &mut lines);
-    tell_of_flanks(assembly, model, &mut lines);
-    tell_of_straightened_edges(model, &mut lines);
+    report_flanks(assembly, model, &mut lines);
+    report_straightened_edges(model, &mut lines);
     let friction = model.friction_maps.iter().map(friction_note);
-    lines.extend(friction.map(Line::Note));
-    lines.push(Line::Note(counts_note(model)));
-    let of_sector = |c| [sector_note(c), faces_note(c)].map(Line::Note);
+    lines.extend(friction.map(ReportLine::Note));
+    lines.push(ReportLine::Note(counts_note(model)));
+    let of_sector = |c| [sector_note(c), faces_note(c)].map(ReportLine::Note);
     lines.extend(model.cyclic.iter().flat_map(of_sector));
     lines.extend(model.cyclic.iter().filter_map(faces_apart));
-    maps::tell(model, &mut lines);
+    maps::report_maps(model, &mut lines);
     let sizes = units::doubtful_sizes(assembly, bound).into_iter();
-    lines.extend(sizes.map(|text| Line::warning(Weight::Wrong, text)));
+    lines.extend(sizes.map(|text| ReportLine::warning(Weight::Wrong, text)));
     lines.extend(mistakes::lines(assembly, bound));
     let bodies = assembly.bodies.iter().zip(&model.bodies);
     for ((spec, body), properties) in bodies.zip(&bound.properties) {
-        tell_of_mass(spec, body, properties, &mut lines);
+        report_mass(spec, body, properties, &mut lines);
     }
     lines
 }
@@ -84,11 +84,11 @@ fn sector_note(cyclic: &Cyclic) -> String {
 }
 
 /// Warning of faces of a sector that are apart when one is turned onto the other.
-fn faces_apart(cyclic: &Cyclic) -> Option<Line> {
+fn faces_apart(cyclic: &Cyclic) -> Option<ReportLine> {
     let is_apart = |found: &&FlankMatch| found.largest_separation_m > FAR_APART * found.facet_m;
     let mut apart = cyclic.matches.iter().filter(is_apart);
     if cyclic.largest_mismatch_m > LOOSE * cyclic.spacing_m {
-        return Some(Line::warning(
+        return Some(ReportLine::warning(
             Weight::Doubt,
             format!(
                 "[cyclic]: the nodes of the two faces, one turned by a pitch, are up to {} apart and are joined: check point_m, \
@@ -97,14 +97,14 @@ fn faces_apart(cyclic: &Cyclic) -> Option<Line> {
             ),
         ));
     }
-    let found = apart.next()?;
-    Some(Line::warning(
+    let first = apart.next()?;
+    Some(ReportLine::warning(
         Weight::Wrong,
         format!(
             "[cyclic]: face `{}` and the other face, turned by one pitch, are up to {} apart and are joined: check point_m, axis \
              and sectors",
-            found.name,
-            quantity(found.largest_separation_m, "m", 3)
+            first.name,
+            quantity(first.largest_separation_m, "m", 3)
         ),
     ))
 }
@@ -134,9 +134,9 @@ fn faces_note(cyclic: &Cyclic) -> String {
 }
 
 /// Adds notes and warnings about the positions of the flanks on each other.
-fn tell_of_flanks(assembly: &Assembly, model: &Model, lines: &mut Vec<Line>) {
+fn report_flanks(assembly: &Assembly, model: &Model, lines: &mut Vec<ReportLine>) {
     for contact in assembly.contacts.iter().filter(|c| c.second.is_none()) {
-        lines.push(Line::Note(format!(
+        lines.push(ReportLine::Note(format!(
             "contact {}: on rigid ground, for no `second` is named",
             contact.name
         )));
@@ -166,14 +166,14 @@ fn tell_of_flanks(assembly: &Assembly, model: &Model, lines: &mut Vec<Line>) {
                 true => "the shape functions of",
                 false => "a mean of nodes of",
             };
-            lines.push(Line::Note(format!(
+            lines.push(ReportLine::Note(format!(
                 "contact {name}: the meshes of its flanks do not match; each node of `{slave}` follows {followed} `{master}`, \
                  at most {far:.1e} m away; {:.1} % of the area of `{first}` and {:.1} % of the area of `{second}` lie \
                  opposite the other",
                 shares[0], shares[1]
             )));
         } else if is_bonded {
-            lines.push(Line::Note(format!(
+            lines.push(ReportLine::Note(format!(
                 "contact {name}: the meshes of its flanks match; each node of `{slave}` is joined to one node of `{master}`, at \
                  most {far:.1e} m away"
             )));
@@ -185,13 +185,13 @@ fn tell_of_flanks(assembly: &Assembly, model: &Model, lines: &mut Vec<Line>) {
         if is_displaced(found) {
             displaced.push(words);
         } else if found.nodes_match && found.covered.iter().all(|share| *share < WHOLE) {
-            lines.push(Line::Note(format!(
+            lines.push(ReportLine::Note(format!(
                 "contact {words}: only this part of each flank faces the other"
             )));
         }
     }
     if !displaced.is_empty() {
-        lines.push(Line::warning(
+        lines.push(ReportLine::warning(
             Weight::Doubt,
             format!(
                 "neither flank lies wholly opposite the other at contact {}: check where the bodies stand",
@@ -199,7 +199,7 @@ fn tell_of_flanks(assembly: &Assembly, model: &Model, lines: &mut Vec<Line>) {
             ),
         ));
     }
-    tell_of_distances(assembly, model, lines);
+    report_distances(assembly, model, lines);
 }
 
 /// Returns `true` if a body may be misplaced: both flanks protrude along the slot, or most of each faces
@@ -211,7 +211,7 @@ fn is_displaced(found: &FlankMatch) -> bool {
 }
 
 /// Adds warnings about flanks that are apart or overlap in the mesh, and are taken to touch.
-fn tell_of_distances(assembly: &Assembly, model: &Model, lines: &mut Vec<Line>) {
+fn report_distances(assembly: &Assembly, model: &Model, lines: &mut Vec<ReportLine>) {
     for found in &model.matches {
         let name = &found.name;
         let counts = |c: &&ContactSpec| c.name == *name && c.gap == Gap::Mesh;
@@ -221,7 +221,7 @@ fn tell_of_distances(assembly: &Assembly, model: &Model, lines: &mut Vec<Line>) 
         let far_m = FAR_APART * found.facet_m;
         let (apart, overlap) = (found.largest_separation_m, found.largest_overlap_m);
         if overlap > far_m {
-            lines.push(Line::warning(
+            lines.push(ReportLine::warning(
                 Weight::Wrong,
                 format!(
                     "contact \"{name}\": the bodies overlap by up to {} in the mesh, and the flanks are taken to touch: \
@@ -232,7 +232,7 @@ fn tell_of_distances(assembly: &Assembly, model: &Model, lines: &mut Vec<Line>) 
             ));
         }
         if apart > far_m && apart > overlap {
-            lines.push(Line::warning(
+            lines.push(ReportLine::warning(
                 Weight::Doubt,
                 format!(
                     "contact \"{name}\": the flanks are up to {} apart in the mesh and are taken to touch; gap = \"mesh\" \
@@ -245,7 +245,7 @@ fn tell_of_distances(assembly: &Assembly, model: &Model, lines: &mut Vec<Line>) 
 }
 
 /// Adds notes and remarks about edges of flanks that are straight in the model but not in the mesh.
-fn tell_of_straightened_edges(model: &Model, lines: &mut Vec<Line>) {
+fn report_straightened_edges(model: &Model, lines: &mut Vec<ReportLine>) {
     for found in &model.straightened {
         let text = format!(
             "body \"{}\": {} of its flanks were made straight: their middle nodes, which follow the mean of the corners, \
@@ -256,9 +256,9 @@ fn tell_of_straightened_edges(model: &Model, lines: &mut Vec<Line>) {
             percent(found.largest_share, 2)
         );
         if found.largest_share > CURVED {
-            lines.push(Line::warning(Weight::Remark, text));
+            lines.push(ReportLine::warning(Weight::Remark, text));
         } else {
-            lines.push(Line::Note(text));
+            lines.push(ReportLine::Note(text));
         }
     }
 }
@@ -278,8 +278,8 @@ const LOOSE: f64 = 5e-3;
 
 /// Adds a note on matrices of another program: their rows, and the number of rigid motions that
 /// strain nothing, six of a body without supports.
-fn tell_of_matrices(body: &Body, placed: &PlacedMatrices, lines: &mut Vec<Line>) {
-    let (others, empty) = (placed.others(), placed.empty());
+fn report_matrices(body: &Body, placed: &PlacedMatrices, lines: &mut Vec<ReportLine>) {
+    let (others, empty) = (placed.unmeshed_unknowns(), placed.empty());
     let on_mesh = placed.places.len() - others - empty;
     let beside = match others {
         0 => String::new(),
@@ -307,13 +307,13 @@ fn tell_of_matrices(body: &Body, placed: &PlacedMatrices, lines: &mut Vec<Line>)
             if count == 1 { "is" } else { "are" }
         ),
     };
-    lines.push(Line::Note(format!(
+    lines.push(ReportLine::Note(format!(
         "{}: matrices, {on_mesh} displacements of nodes of the mesh{beside}; {free}{empty}",
         body.name
     )));
     let negative = placed.given.negative_stiffness();
     if negative > 0 {
-        lines.push(Line::warning(
+        lines.push(ReportLine::warning(
             Weight::Doubt,
             format!(
                 "body `{}`: its stiffness is indefinite, {} negative: without its contacts the body is unstable at rest; \
@@ -333,7 +333,7 @@ fn spring_note(spring: &SpringSpec) -> String {
         stiffness_n_m,
         direction,
     } = spring;
-    let (place, along) = (place(first, second.as_deref()), along(*direction));
+    let (place, along) = (place(first, second.as_deref()), direction_words(*direction));
     format!("spring {name}: {place}, {stiffness_n_m:.4e} N/m{along}")
 }
 
@@ -345,7 +345,7 @@ fn dashpot_note(dashpot: &DashpotSpec) -> String {
         damping_n_s_m,
         direction,
     } = dashpot;
-    let (place, along) = (place(first, second.as_deref()), along(*direction));
+    let (place, along) = (place(first, second.as_deref()), direction_words(*direction));
     format!("dashpot {name}: {place}, {damping_n_s_m:.4e} N s/m{along}")
 }
 
@@ -357,7 +357,7 @@ fn place(first: &str, second: Option<&str>) -> String {
     }
 }
 
-fn along(direction: Option<[f64; 3]>) -> String {
+fn direction_words(direction: Option<[f64; 3]>) -> String {
     match direction {
         None => String::new(),
         Some([x, y, z]) => format!(" along [{x:.4}, {y:.4}, {z:.4}]"),
@@ -381,7 +381,7 @@ fn friction_note(map: &FrictionMap) -> String {
 /// Warns of fixed groups that are volumes. A set of a face in a deck of Abaqus/CAE is a set of
 /// nodes and a set of elements, and the elements have its name: fixing them fixes more than the
 /// face.
-fn warn_of_held_volumes(assembly: &Assembly, mesh: &Mesh, lines: &mut Vec<Line>) {
+fn warn_of_held_volumes(assembly: &Assembly, mesh: &Mesh, lines: &mut Vec<ReportLine>) {
     for body in &assembly.bodies {
         for name in body.fixed.iter().chain(body.fixed_along.iter().flatten()) {
             let find = |name| mesh.groups.get(&*name_for(mesh, &body.name, name));
@@ -394,7 +394,7 @@ fn warn_of_held_volumes(assembly: &Assembly, mesh: &Mesh, lines: &mut Vec<Line>)
             } else {
                 "name a surface or a set of nodes to hold a face".to_owned()
             };
-            lines.push(Line::warning(
+            lines.push(ReportLine::warning(
                 Weight::Doubt,
                 format!(
                     "body \"{}\": the group `{name}` that is fixed is a volume, and all {} nodes of its elements \
@@ -409,7 +409,7 @@ fn warn_of_held_volumes(assembly: &Assembly, mesh: &Mesh, lines: &mut Vec<Line>)
 
 /// Adds a note on mass and centrifugal force, so that a wrong unit is noticed before anything is
 /// computed with it.
-fn tell_of_mass(spec: &BodySpec, body: &Body, own: &MassProperties, lines: &mut Vec<Line>) {
+fn report_mass(spec: &BodySpec, body: &Body, own: &MassProperties, lines: &mut Vec<ReportLine>) {
     let force = own.centrifugal_force_n.map_or(String::new(), |force| {
         let size_n = force.iter().map(|f| f * f).sum::<f64>().sqrt();
         format!(", centrifugal force {size_n:.4e} N")
@@ -417,16 +417,16 @@ fn tell_of_mass(spec: &BodySpec, body: &Body, own: &MassProperties, lines: &mut 
     let volume = own
         .volume_m3
         .map_or(String::new(), |v| format!(", {v:.4e} m3"));
-    lines.push(Line::Note(format!(
+    lines.push(ReportLine::Note(format!(
         "{}: {:.4} kg{volume}{force}",
         body.name, own.mass_kg
     )));
     match &body.matrices {
-        Matrices::Elements(material) => {
-            if let Some(doubt) = units::doubt(spec, *material) {
-                lines.push(Line::warning(Weight::Wrong, doubt));
+        MatrixOrigin::Elements(material) => {
+            if let Some(doubt) = units::implausible_material(spec, *material) {
+                lines.push(ReportLine::warning(Weight::Wrong, doubt));
             }
         }
-        Matrices::Given(placed) => tell_of_matrices(body, placed, lines),
+        MatrixOrigin::Given(placed) => report_matrices(body, placed, lines),
     }
 }

@@ -50,14 +50,14 @@ pub(super) fn doubtful_sizes(assembly: &Assembly, bound: &Bound) -> Vec<String> 
         };
         doubtful_size((&named, "[mesh]"), mesh.units, &shared)
     });
-    let own = bodies.iter().filter_map(|(spec, body, properties)| {
+    let sizes = bodies.iter().filter_map(|(spec, body, properties)| {
         let BodyMesh::File { units, .. } = &spec.mesh else {
             return None;
         };
         let named = format!("body \"{}\"", spec.name);
         doubtful_size((&named, "this body"), *units, &[(body, properties)])
     });
-    shared.into_iter().chain(own).collect()
+    shared.into_iter().chain(sizes).collect()
 }
 
 /// Message about bodies of an implausible size, whose mesh has these units.
@@ -120,7 +120,7 @@ fn mass_words(mass_kg: f64) -> String {
 
 /// Message about an implausible material of a body, with the unit that the number is probably in;
 /// `None` if the material is plausible.
-pub(super) fn doubt(spec: &BodySpec, material: Material) -> Option<String> {
+pub(super) fn implausible_material(spec: &BodySpec, material: Material) -> Option<String> {
     let doubtful = doubtful_material(&spec.name, material)?;
     if let MatrixSource::Elements(MaterialSpec::OfMass { mass_kg, .. }) = &spec.matrices {
         return Some(format!(
@@ -228,7 +228,7 @@ fn rounded(v: f64) -> String {
 mod tests {
     use super::*;
 
-    fn told(young_pa: f64, density_kg_m3: f64) -> Option<String> {
+    fn warning_text(young_pa: f64, density_kg_m3: f64) -> Option<String> {
         let material = Material {
             young_pa,
             poisson: 0.3,
@@ -246,7 +246,7 @@ mod tests {
             (5e7, 1200.0),
             (1050e9, 3500.0),
         ] {
-            assert_eq!(told(young_pa, density), None);
+            assert_eq!(warning_text(young_pa, density), None);
         }
     }
 
@@ -263,7 +263,7 @@ mod tests {
             (210.0, 7850.0, "GPa, which would be young_pa = 2.1e11"),
             (1.0, 1.0, "outside of 10 to 30000 kg/m3"),
         ] {
-            let told = told(young_pa, density).unwrap();
+            let told = warning_text(young_pa, density).unwrap();
             assert!(told.contains(expected), "{told}");
         }
     }

@@ -7,18 +7,18 @@ use serde::de::DeserializeOwned;
 use serde_spanned::Spanned;
 use toml::de::{DeTable, DeValue, Deserializer};
 
-use super::error::{Fault, Problem};
-use super::keys::{Shape, Vocabulary};
+use super::error::{SceneFault, SceneProblem};
+use super::keys::{SectionShape, Vocabulary};
 use super::overrides;
-use super::place::{Step, find, path_text, remove};
-use super::source::Source;
+use super::place::{PathStep, find, path_text, remove};
+use super::source::SourceTexts;
 
 /// Largest number of problems of one kind that are reported.
 const MOST_PROBLEMS: usize = 20;
 
 /// Parses the text, applies the `--set` arguments in their order and reads the result into the
 /// mirror.
-pub fn read<T: DeserializeOwned>(source: &Source) -> Result<T, Vec<Problem>> {
+pub fn read<T: DeserializeOwned>(source: &SourceTexts) -> Result<T, Vec<SceneProblem>> {
     let (mut root, mut problems) = table(source)?;
     check_shapes(source, &mut root, &mut problems);
     let raw = deserialize(source, root, &mut problems);
@@ -33,7 +33,9 @@ pub fn read<T: DeserializeOwned>(source: &Source) -> Result<T, Vec<Problem>> {
 ///
 /// # Errors
 /// A text that is not TOML.
-pub fn table<'s>(source: &'s Source) -> Result<(DeTable<'s>, Vec<Problem>), Vec<Problem>> {
+pub fn table<'s>(
+    source: &'s SourceTexts,
+) -> Result<(DeTable<'s>, Vec<SceneProblem>), Vec<SceneProblem>> {
     let (document, errors) = DeTable::parse_recoverable(&source.text);
     if !errors.is_empty() {
         return Err(syntax_problems(source, errors));
@@ -51,7 +53,7 @@ pub fn table<'s>(source: &'s Source) -> Result<(DeTable<'s>, Vec<Problem>), Vec<
 /// Finds the first syntax error of each line. Further errors on the same line are mostly
 /// consequences. If [`MOST_PROBLEMS`] lines are not TOML, the file is of another kind, such as a
 /// mesh, and the error of its first line suffices.
-fn syntax_problems(source: &Source, errors: Vec<toml::de::Error>) -> Vec<Problem> {
+fn syntax_problems(source: &SourceTexts, errors: Vec<toml::de::Error>) -> Vec<SceneProblem> {
     let ends: Vec<usize> = source.text.match_indices('\n').map(|(at, _)| at).collect();
     let line = |at: usize| ends.partition_point(|end| *end < at);
     let mut lines = Vec::new();
@@ -64,7 +66,7 @@ fn syntax_problems(source: &Source, errors: Vec<toml::de::Error>) -> Vec<Problem
         }
         lines.push(line);
         let message = error.message().to_owned();
-        problems.push(source.problem(span, Fault::Syntax { message }));
+        problems.push(source.problem(span, SceneFault::Syntax { message }));
         if problems.len() == MOST_PROBLEMS {
             problems.truncate(1);
             break;
@@ -75,7 +77,7 @@ fn syntax_problems(source: &Source, errors: Vec<toml::de::Error>) -> Vec<Problem
 
 /// Checks that sections are tables or lists of tables before serde reads them: serde would take a
 /// list of the right length for a table.
-fn check_shapes(source: &Source, root: &mut DeTable, problems: &mut Vec<Problem>) {
+fn check_shapes(source: &SourceTexts, root: &mut DeTable, problems: &mut Vec<SceneProblem>) {
     for section in source.vocabulary.sections {
         let (above, name) = section.place();
         let table = match (above, root.get_mut(above).map(Spanned::get_mut)) {
@@ -87,14 +89,16 @@ fn check_shapes(source: &Source, root: &mut DeTable, problems: &mut Vec<Problem>
             continue;
         };
         let right = match (section.shape, value.get_ref()) {
-            (Shape::Table, DeValue::Table(_)) => true,
-            (Shape::List, DeValue::Array(items)) => items.iter().all(|i| i.get_ref().is_table()),
+            (SectionShape::Table, DeValue::Table(_)) => true,
+            (SectionShape::List, DeValue::Array(items)) => {
+                items.iter().all(|i| i.get_ref().is_table())
+            }
             _ => false,
         };
         if !right {
-            let fault = Fault::WrongShape {
+            let fault = SceneFault::WrongShape {
                 section: section.name,
-                list: section.shape == Shape::List,
+                list: section.shape == SectionShape::List,
                 example: section.example,
             };
             problems.push(source.problem(value.span(), fault));
@@ -106,9 +110,9 @@ fn check_shapes(source: &Source, root: &mut DeTable, problems: &mut Vec<Problem>
 /// Reads the table into the mirror. serde stops at the first error: that key is reported and
 /// removed, and the rest is read again.
 fn deserialize<T: DeserializeOwned>(
-    source: &Source,
+    source: &SourceTexts,
     mut root: DeTable,
-    problems: &mut Vec<Problem>,
+    problems: &mut Vec<SceneProblem>,
 ) -> Option<T> {
     let mut seen: Vec<Range<usize>> = Vec::new();
     for _ in 0..MOST_PROBLEMS {
@@ -134,14 +138,14 @@ fn deserialize<T: DeserializeOwned>(
 fn fault_of(
     vocabulary: &Vocabulary,
     root: &DeTable,
-    place: &[Step],
+    place: &[PathStep],
     error: &toml::de::Error,
-) -> Fault {
+) -> SceneFault {
     let words: Vec<&str> = place
         .iter()
         .filter_map(|step| match step {
-            Step::Key(key) => Some(key.as_str()),
-            Step::Index(_) => None,
+            PathStep::Key(key) => Some(key.as_str()),
+            PathStep::Index(_) => None,
         })
         .collect();
     // The innermost section that the words lead into, and the word behind it.
@@ -155,7 +159,7 @@ fn fault_of(
     let (section, key) = inner.next().unwrap_or(("", words.first().unwrap_or(&"")));
     let valid = vocabulary.keys_of(section);
     if valid.contains(&key) {
-        Fault::WrongType {
+        SceneFault::WrongType {
             path: path_text(root, place),
             message: error
                 .message()
@@ -164,10 +168,10 @@ fn fault_of(
             example: vocabulary.example(section, key),
         }
     } else {
-        Fault::UnknownKey {
+        SceneFault::UnknownKey {
             path: path_text(root, place),
             section,
-            nearest: vocabulary.meant_by(section, key),
+            nearest: vocabulary.suggestion(section, key),
             valid: valid.iter().map(|k| (*k).to_owned()).collect(),
         }
     }

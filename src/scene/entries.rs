@@ -4,7 +4,7 @@
 
 use serde_spanned::Spanned;
 
-use super::keys::{Section, Vocabulary, section};
+use super::keys::{SceneSection, Vocabulary, section};
 use super::kinds::Limits;
 use super::raw::Located;
 use dovetail_mesh::units::Units;
@@ -13,7 +13,7 @@ use dovetail_solver::dlft::settings::{EpsChoice, Resolution, Solver};
 use dovetail_solver::dlft::static_state::LoadPath;
 use dovetail_solver::dlft::sweep::SweepSettings;
 use dovetail_solver::model::{ContactLaw, Gap, Prestress, Sector, Side};
-use dovetail_solver::reduced::Quantity;
+use dovetail_solver::reduced::ObservedQuantity;
 use strum::VariantNames;
 
 /// Upper limit of the tolerance of the relative residual of a balance: a solution with a larger
@@ -51,7 +51,7 @@ pub fn example(section: &str, key: &str) -> &'static str {
 pub const UNITS: [&str; 2] = [Units::SYSTEMS[0].0, Units::SYSTEMS[1].0];
 
 /// Sections: the top of the file, then the tables in the order in which they are usually written.
-const SECTIONS: [Section; 18] = [
+const SECTIONS: [SceneSection; 18] = [
     TOP,
     REDUCED_MODEL,
     MESH,
@@ -146,7 +146,7 @@ section! {
             "parameters that the script defines ([those of dovetail.geo](geometry.md)), and \
              options of gmsh; one without effect is an error, see below",
             "{ nu = 4, nv = 9, order = 2 }";
-        time_limit_s: Number("s", Limits::between(0.0, 1e9)), "120",
+        time_limit_s: Number("s", Limits::open_interval(0.0, 1e9)), "120",
             "gmsh is stopped after it",
             "120";
         fallback: Text("path of a `.msh`"), "none",
@@ -212,7 +212,7 @@ section! {
         young_pa: Number("Pa", Limits::POSITIVE), "- or `material`, or `stiffness_file`",
             "Young's modulus",
             "113.8e9";
-        poisson: Number("", Limits::between(-1.0, 0.5)), "- or `material`, or `stiffness_file`",
+        poisson: Number("", Limits::open_interval(-1.0, 0.5)), "- or `material`, or `stiffness_file`",
             "Poisson's ratio",
             "0.34";
         density_kg_m3: Number("kg/m3", Limits::POSITIVE),
@@ -285,7 +285,7 @@ section! {
         point_m: Numbers(3, "m"), "`[0, 0, 0]`",
             "a point of the axis. Metres, not mesh units",
             "[0, 0, 0]";
-        speed_rpm: Number("rpm", Limits::from_zero_to(1e7)), "-",
+        speed_rpm: Number("rpm", Limits::non_negative_below(1e7)), "-",
             "speed of rotation",
             "5000";
         bodies: Texts("list of body names"), "all bodies",
@@ -485,7 +485,7 @@ section! {
     DAMPING: RawDamping, "damping", Table, "required",
         "viscous damping of the material",
         "[damping]\nratio = 0.001" {
-        ratio: Number("", Limits::from_zero_to(1.0)),
+        ratio: Number("", Limits::non_negative_below(1.0)),
             "- or `stiffness_s`, `mass_per_s`, `modal_ratios`",
             "share of critical damping on linear mode `linear_mode`, by stiffness-proportional \
              damping",
@@ -499,7 +499,7 @@ section! {
         mass_per_s: Number("1/s", Limits::NOT_NEGATIVE), "0",
             "see `stiffness_s`",
             "0.1";
-        modal_ratios: NumberList("", Limits::from_zero_to(1.0)), "none",
+        modal_ratios: NumberList("", Limits::non_negative_below(1.0)), "none",
             "shares of critical damping of the first modes with all pairs stuck, in place of what \
              the other keys give these modes; further modes have the damping of the other keys, \
              and none without them",
@@ -566,7 +566,7 @@ section! {
         direction: Numbers(3, ""), "-",
             "not all 0; any length; that of a strain lies in the surface, on which it is projected",
             "[0, 1, 0]";
-        quantity: Choice(Quantity::VARIANTS), "`\"displacement\"`",
+        quantity: Choice(ObservedQuantity::VARIANTS), "`\"displacement\"`",
             "`\"displacement\"`, or `\"strain\"`, which is what a strain gauge along the direction \
              measures; the first [[observe]] is a displacement",
             "\"strain\"";
@@ -594,7 +594,7 @@ section! {
     STATIC_PATH: RawPathPoint, "static.path", List, "none or more",
         "a point that the steady load goes through before it comes to what the scene describes",
         "[[static.path]]\nspeed_rpm = 6000" {
-        speed_rpm: Number("rpm", Limits::from_zero_to(1e7)), "that of `[rotation]`",
+        speed_rpm: Number("rpm", Limits::non_negative_below(1e7)), "that of `[rotation]`",
             "speed whose centrifugal load acts at the point. The stiffness stays that of \
              `rotation.speed_rpm`",
             "6000";
@@ -633,7 +633,7 @@ section! {
              bends and at its peaks. A run-up always has a grid, of 40 without this key",
             "200";
         // Below it, motions that differ by 1e-3 all satisfy the balance (docs/method.md).
-        accuracy: Number("", Limits::between(1e-4, 0.5)), (Resolution::ACCURACY),
+        accuracy: Number("", Limits::open_interval(1e-4, 0.5)), (Resolution::ACCURACY),
             "largest relative error of the observed amplitudes, where `harmonics` is not given, \
              see below",
             "0.01  # of the amplitude";
@@ -656,7 +656,7 @@ section! {
         eps_scale: Number("", Limits::POSITIVE), (Eps::SCALE),
             "multiplies eps. The static state does not depend on eps",
             "1.0";
-        tolerance: Number("", Limits::between(0.0, LARGEST_TOLERANCE)), (Resolution::TOLERANCE),
+        tolerance: Number("", Limits::open_interval(0.0, LARGEST_TOLERANCE)), (Resolution::TOLERANCE),
             "of the relative residual ([method.md](method.md)). The static state takes 1e-10 or \
              this, whichever is smaller",
             "1e-8";

@@ -21,7 +21,7 @@ pub enum SceneError {
     },
     /// Problems in the order of the text; at least one.
     #[error("{}", summary("the scene", problems))]
-    Invalid { problems: Vec<Problem> },
+    Invalid { problems: Vec<SceneProblem> },
 }
 
 /// First problem and the number of problems; `what` (the scene, ...) is not valid.
@@ -56,14 +56,14 @@ impl Diagnostic for SceneError {
     }
     fn related<'a>(&'a self) -> Option<Box<dyn Iterator<Item = &'a dyn Diagnostic> + 'a>> {
         match self {
-            Self::Invalid { problems } => all_but_first(problems),
+            Self::Invalid { problems } => further_problems(problems),
             Self::Read { .. } => None,
         }
     }
 }
 
 /// All problems after the first, which is shown as the error itself.
-pub fn all_but_first<'a, P: Diagnostic>(
+pub fn further_problems<'a, P: Diagnostic>(
     problems: &'a [P],
 ) -> Option<Box<dyn Iterator<Item = &'a dyn Diagnostic> + 'a>> {
     let others = problems.get(1..).filter(|others| !others.is_empty())?;
@@ -73,8 +73,8 @@ pub fn all_but_first<'a, P: Diagnostic>(
 /// Fault and its place: in the scene file or in a `--set` argument.
 #[derive(Debug, Clone, Error)]
 #[error("{fault}")]
-pub struct Problem {
-    pub fault: Fault,
+pub struct SceneProblem {
+    pub fault: SceneFault,
     /// The scene file, or `--set` and the argument.
     pub source_text: NamedSource<Arc<str>>,
     /// Place of the fault in `source_text`, bytes.
@@ -83,7 +83,7 @@ pub struct Problem {
     pub other: Option<(Range<usize>, &'static str)>,
 }
 
-impl Diagnostic for Problem {
+impl Diagnostic for SceneProblem {
     fn help<'a>(&'a self) -> Option<Box<dyn fmt::Display + 'a>> {
         Some(Box::new(self.fault.remedy()))
     }
@@ -102,7 +102,7 @@ impl Diagnostic for Problem {
 
 /// Fault of a scene. A `path` is written as for `--set`: `contact.left.friction`.
 #[derive(Debug, Clone, PartialEq, Error)]
-pub enum Fault {
+pub enum SceneFault {
     #[error("this is not TOML: {message}")]
     Syntax { message: String },
     #[error("unknown {} `{path}`", if section.is_empty() { "section or key" } else { "key" })]
@@ -241,7 +241,7 @@ fn bracketed(section: &str, list: bool) -> String {
     }
 }
 
-impl Fault {
+impl SceneFault {
     /// Fault of files other than scenes, or one that shows only with the mesh.
     pub fn particular(
         message: String,

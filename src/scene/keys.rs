@@ -1,13 +1,13 @@
-//! Keys of a kind of file, as data: [`Vocabulary`], [`Section`] and [`Key`]. The keys of scenes are
-//! listed in [`super::entries`].
+//! Keys of a kind of file, as data: [`Vocabulary`], [`SceneSection`] and [`Key`]. The keys of
+//! scenes are listed in [`super::entries`].
 
 use std::fmt;
 
-use super::kinds::{Kind, Short};
+use super::kinds::{Short, ValueKind};
 
 /// Form of a section: `[section]` or, once per item, `[[section]]`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Shape {
+pub enum SectionShape {
     Table,
     List,
 }
@@ -47,7 +47,7 @@ pub(crate) use default_of;
 pub struct Key {
     pub name: &'static str,
     /// Type, unit and limits of its value.
-    pub kind: Kind,
+    pub kind: ValueKind,
     pub default: Default,
     /// Choices, then the effect; Markdown. The limits of numbers are those of `kind`.
     pub meaning: &'static str,
@@ -79,11 +79,11 @@ impl Key {
 
 /// Table of the file, or its top.
 #[derive(Debug)]
-pub struct Section {
+pub struct SceneSection {
     /// Name; empty for the top of the file. One inside of another has the name of that one before a
     /// dot.
     pub name: &'static str,
-    pub shape: Shape,
+    pub shape: SectionShape,
     /// Required number of these sections.
     pub needed: &'static str,
     pub what: &'static str,
@@ -93,7 +93,7 @@ pub struct Section {
     pub keys: &'static [Key],
 }
 
-impl Section {
+impl SceneSection {
     /// Name of the section that this one is inside of, empty for the top of the file, and its own
     /// last word.
     pub fn place(&self) -> (&'static str, &'static str) {
@@ -105,13 +105,13 @@ impl Section {
 #[derive(Debug)]
 pub struct Vocabulary {
     /// The top of the file, then its tables in the order in which they are usually written.
-    pub sections: &'static [Section],
+    pub sections: &'static [SceneSection],
     /// Renamed keys of earlier versions of the program: section, key, and the key in its place.
     pub former: &'static [(&'static str, &'static str, &'static str)],
 }
 
 impl Vocabulary {
-    pub fn section(&self, name: &str) -> Option<&'static Section> {
+    pub fn section(&self, name: &str) -> Option<&'static SceneSection> {
         self.sections.iter().find(|s| s.name == name)
     }
 
@@ -121,7 +121,7 @@ impl Vocabulary {
     }
 
     /// Sections inside of a section, or at the top of the file.
-    pub fn sections_in(&self, section: &str) -> impl Iterator<Item = &'static Section> {
+    pub fn sections_in(&self, section: &str) -> impl Iterator<Item = &'static SceneSection> {
         let named = self.sections.iter().filter(|s| !s.name.is_empty());
         named.filter(move |s| s.place().0 == section)
     }
@@ -136,7 +136,7 @@ impl Vocabulary {
 
     /// Key that an unknown key of a section most likely means: its replacement, else the nearest
     /// word.
-    pub fn meant_by(&self, section: &str, key: &str) -> Option<String> {
+    pub fn suggestion(&self, section: &str, key: &str) -> Option<String> {
         let former = self.former.iter();
         let now = former
             .filter(|(s, k, _)| *s == section && *k == key)
@@ -148,9 +148,9 @@ impl Vocabulary {
     /// Example line of a file, for messages; the example of a section is its first lines.
     pub fn example(&self, section: &str, key: &str) -> &'static str {
         let of_section = self.section(section);
-        let own = of_section.and_then(|s| s.keys.iter().find(|k| k.name == key));
-        match own {
-            Some(own) => own.example,
+        let own_key = of_section.and_then(|s| s.keys.iter().find(|k| k.name == key));
+        match own_key {
+            Some(own_key) => own_key.example,
             None => {
                 let mut inside = self.sections_in(section);
                 inside
@@ -183,10 +183,10 @@ pub fn nearest<S: AsRef<str>>(word: &str, valid: &[S]) -> Option<String> {
         .map(|(_, v)| v.to_owned())
 }
 
-/// Declares a section of a file: its name, [`Shape`], needed number, meaning and example, then its
-/// keys, each with its [`Kind`], [`Default`], meaning and the value of its example. Defines the section
-/// and its mirror, into which serde reads the keys: every one is optional, and no other key is
-/// accepted. Fields of the mirror that are sections themselves stand behind `and`.
+/// Declares a section of a file: its name, [`SectionShape`], needed number, meaning and example,
+/// then its keys, each with its [`ValueKind`], [`Default`], meaning and the value of its example.
+/// Defines the section and its mirror, into which serde reads the keys: every one is optional, and
+/// no other key is accepted. Fields of the mirror that are sections themselves stand behind `and`.
 macro_rules! section {
     ($section:ident: $mirror:ident, $title:literal, $shape:ident, $needed:literal,
      $what:literal, $example:literal {
@@ -203,15 +203,15 @@ macro_rules! section {
             $($($sections)*)?
         }
 
-        const $section: $crate::scene::keys::Section = $crate::scene::keys::Section {
+        const $section: $crate::scene::keys::SceneSection = $crate::scene::keys::SceneSection {
             name: $title,
-            shape: $crate::scene::keys::Shape::$shape,
+            shape: $crate::scene::keys::SectionShape::$shape,
             needed: $needed,
             what: $what,
             example: $example,
             keys: &[$($crate::scene::keys::Key {
                 name: stringify!($key),
-                kind: $crate::scene::kinds::Kind::$kind $(($($of)*))?,
+                kind: $crate::scene::kinds::ValueKind::$kind $(($($of)*))?,
                 default: $crate::scene::keys::default_of!($default),
                 meaning: $meaning,
                 example: concat!(stringify!($key), " = ", $value),

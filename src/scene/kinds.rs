@@ -5,7 +5,7 @@ use std::fmt;
 
 /// Type of the value of a key.
 #[derive(Debug, Clone, Copy)]
-pub enum Kind {
+pub enum ValueKind {
     /// Text; the argument describes what it names.
     Text(&'static str),
     /// Text of letters, digits, `_` and `-` that begins with a letter.
@@ -36,7 +36,7 @@ pub enum Kind {
     Any(&'static str),
 }
 
-/// Type into which serde reads a value of a [`Kind`].
+/// Type into which serde reads a value of a [`ValueKind`].
 macro_rules! mirror {
     (Text $of:tt) => { String };
     (Name) => { String };
@@ -57,7 +57,7 @@ macro_rules! mirror {
 }
 pub(crate) use mirror;
 
-impl Kind {
+impl ValueKind {
     /// Limits of a number, in words; `None` if any number is valid or the type has no limits.
     pub fn limits(&self) -> Option<String> {
         match self {
@@ -75,7 +75,7 @@ impl Kind {
 }
 
 /// Type and unit, in words.
-impl fmt::Display for Kind {
+impl fmt::Display for ValueKind {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         let with_unit = |f: &mut fmt::Formatter, unit: &str| match unit {
             "" => Ok(()),
@@ -149,7 +149,7 @@ impl Limits {
     };
 
     /// Interval that excludes both ends.
-    pub const fn between(above: f64, below: f64) -> Self {
+    pub const fn open_interval(above: f64, below: f64) -> Self {
         Self {
             above,
             below,
@@ -157,7 +157,7 @@ impl Limits {
         }
     }
     /// Interval from 0, included, to `below`, excluded.
-    pub const fn from_zero_to(below: f64) -> Self {
+    pub const fn non_negative_below(below: f64) -> Self {
         Self {
             above: 0.0,
             below,
@@ -202,7 +202,7 @@ mod tests {
     #[test]
     fn limits_keep_their_ends() {
         assert!(!Limits::POSITIVE.contain(0.0) && Limits::NOT_NEGATIVE.contain(0.0));
-        let poisson = Limits::between(-1.0, 0.5);
+        let poisson = Limits::open_interval(-1.0, 0.5);
         assert!(poisson.contain(0.499) && !poisson.contain(0.5) && !poisson.contain(-1.0));
     }
 
@@ -210,8 +210,8 @@ mod tests {
     fn limits_are_said_as_people_write_them() {
         let texts = [
             Limits::ANY,
-            Limits::between(1e-4, 0.5),
-            Limits::from_zero_to(1e7),
+            Limits::open_interval(1e-4, 0.5),
+            Limits::non_negative_below(1e7),
         ];
         assert_eq!(
             texts.map(|l| l.to_string()),
@@ -222,9 +222,9 @@ mod tests {
             ]
         );
         let whole = [
-            Kind::Whole(Some(1), Some(1_000_000)),
-            Kind::Whole(None, Some(1000)),
-            Kind::Whole(Some(1), None),
+            ValueKind::Whole(Some(1), Some(1_000_000)),
+            ValueKind::Whole(None, Some(1000)),
+            ValueKind::Whole(Some(1), None),
         ];
         assert_eq!(
             whole.map(|kind| kind.limits().unwrap()),

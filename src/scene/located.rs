@@ -6,11 +6,11 @@ use serde_spanned::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use super::document;
-use super::error::{Fault, Problem};
+use super::error::{SceneFault, SceneProblem};
 use super::keys::nearest;
 use super::place::element_name;
 use super::source_of;
-use dovetail_solver::model::Subject;
+use dovetail_solver::model::ErrorSubject;
 
 /// Section of a scene for each kind of item that an error of the model names.
 const SECTIONS: [(&str, &str); 9] = [
@@ -26,7 +26,7 @@ const SECTIONS: [(&str, &str); 9] = [
 ];
 
 /// Name of a group or body that was most likely meant by one that does not exist.
-pub fn meant(subject: &Subject<'_>) -> Option<String> {
+pub fn suggestion(subject: &ErrorSubject<'_>) -> Option<String> {
     let name = subject.name?;
     let of_body = format!(".{name}");
     let qualified = subject
@@ -44,21 +44,24 @@ pub fn place(
     text: &str,
     file_name: &str,
     overrides: &[String],
-    subject: &Subject<'_>,
-) -> Option<Problem> {
+    subject: &ErrorSubject<'_>,
+) -> Option<SceneProblem> {
     let source = source_of(text, file_name, overrides);
     let (root, _) = document::table(&source).ok()?;
     let span = span_of(&root, subject)?;
-    let label = match (meant(subject), subject.name) {
+    let label = match (suggestion(subject), subject.name) {
         (Some(meant), _) => format!("did you mean `{meant}`?"),
         (None, Some(_)) if !subject.available.is_empty() => "not in the mesh".to_owned(),
         _ => "here".to_owned(),
     };
-    Some(source.problem(span, Fault::particular(String::new(), label, String::new())))
+    Some(source.problem(
+        span,
+        SceneFault::particular(String::new(), label, String::new()),
+    ))
 }
 
 /// Place of the name in its item, or of the item.
-fn span_of(root: &DeTable<'_>, subject: &Subject<'_>) -> Option<Range<usize>> {
+fn span_of(root: &DeTable<'_>, subject: &ErrorSubject<'_>) -> Option<Range<usize>> {
     let item = subject.item.as_str();
     let (word, section) = SECTIONS.iter().find(|(word, _)| item.starts_with(word))?;
     let named = item.split('`').nth(1);

@@ -31,7 +31,7 @@ use serde::Deserialize;
 use serde_spanned::Spanned;
 use toml::de::{DeValue, ValueDeserializer};
 
-pub use error::{Fault, Problem, SceneError};
+pub use error::{SceneError, SceneFault, SceneProblem};
 pub use keys::nearest;
 
 /// Reads and checks the scene file `path`. Relative paths in it are joined to its folder;
@@ -87,7 +87,7 @@ pub fn values(
     let invalid = |problems| SceneError::Invalid { problems };
     let (root, _) = document::table(&source).map_err(invalid)?;
     let root = Spanned::new(0..0, DeValue::Table(root));
-    let found = match (key, root.get_ref()) {
+    let values = match (key, root.get_ref()) {
         ("", whole) => vec![whole],
         (key, DeValue::Table(root)) => {
             overrides::values_at(&source, root, key).map_err(|problem| invalid(vec![*problem]))?
@@ -98,11 +98,15 @@ pub fn values(
         let value = Spanned::new(0..0, value.clone());
         toml::Value::deserialize(ValueDeserializer::from(value)).ok()
     };
-    Ok(found.into_iter().filter_map(owned).collect())
+    Ok(values.into_iter().filter_map(owned).collect())
 }
 
-fn source_of<'i>(text: &str, file_name: &'i str, overrides: &'i [String]) -> source::Source<'i> {
-    source::Source {
+fn source_of<'i>(
+    text: &str,
+    file_name: &'i str,
+    overrides: &'i [String],
+) -> source::SourceTexts<'i> {
+    source::SourceTexts {
         name: file_name,
         text: text.into(),
         overrides,

@@ -9,10 +9,10 @@ use std::ops::Range;
 use serde_spanned::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use super::error::{Fault, Problem};
+use super::error::{SceneFault, SceneProblem};
 use super::keys;
 use super::place::element_name;
-use super::source::Source;
+use super::source::SourceTexts;
 
 /// Groups of keys of a section, of which only one group may be given.
 const ALTERNATIVES: [(&str, &[&[&str]]); 5] = [
@@ -61,14 +61,14 @@ struct Segment<'i> {
 
 /// Applies the `--set` argument number `index` to the table.
 pub fn apply<'i>(
-    source: &Source<'i>,
+    source: &SourceTexts<'i>,
     index: usize,
     root: &mut DeTable<'i>,
-) -> Result<(), Box<Problem>> {
+) -> Result<(), Box<SceneProblem>> {
     let argument = source.overrides[index].as_str();
     let start = source.override_start(index);
     let syntax = || {
-        let fault = Fault::OverrideSyntax {
+        let fault = SceneFault::OverrideSyntax {
             argument: argument.to_owned(),
         };
         Box::new(source.problem(start..start + argument.len(), fault))
@@ -79,7 +79,7 @@ pub fn apply<'i>(
         return Err(syntax());
     }
     if path.len() > MOST_STEPS {
-        let fault = Fault::OverrideTooDeep { steps: path.len() };
+        let fault = SceneFault::OverrideTooDeep { steps: path.len() };
         return Err(Box::new(source.problem(start..start + key.len(), fault)));
     }
     let value_text_start = key.len() + 1;
@@ -143,13 +143,13 @@ fn relocated<'i>(value: DeValue<'i>, span: &Range<usize>) -> Spanned<DeValue<'i>
 }
 
 fn put_in_table<'i>(
-    source: &Source<'i>,
+    source: &SourceTexts<'i>,
     table: &mut DeTable<'i>,
     above: &mut Vec<String>,
     segment: &Segment<'i>,
     rest: &[Segment<'i>],
     value: Option<&Spanned<DeValue<'i>>>,
-) -> Result<(), Box<Problem>> {
+) -> Result<(), Box<SceneProblem>> {
     let word = segment.word;
     above.push(word.to_owned());
     if let Some((next, rest)) = rest.split_first() {
@@ -163,7 +163,7 @@ fn put_in_table<'i>(
             table.insert(Spanned::new(segment.span.clone(), word.into()), empty);
         }
         return match table.get_mut(word) {
-            Some(inner) => put(source, inner, above, next, rest, value),
+            Some(inner) => set_value(source, inner, above, next, rest, value),
             None => Err(nothing_to_remove(source, above, segment)),
         };
     }
@@ -183,20 +183,20 @@ fn put_in_table<'i>(
 }
 
 /// Takes one step into a value at the path `above`.
-fn put<'i>(
-    source: &Source<'i>,
+fn set_value<'i>(
+    source: &SourceTexts<'i>,
     target: &mut Spanned<DeValue<'i>>,
     above: &mut Vec<String>,
     segment: &Segment<'i>,
     rest: &[Segment<'i>],
     value: Option<&Spanned<DeValue<'i>>>,
-) -> Result<(), Box<Problem>> {
+) -> Result<(), Box<SceneProblem>> {
     match target.get_mut() {
         DeValue::Table(table) => put_in_table(source, table, above, segment, rest, value),
         DeValue::Array(items) => {
             let chosen = elements(items, segment.word);
             if chosen.is_empty() {
-                let fault = no_element(above.join("."), segment.word, items);
+                let fault = missing_element_fault(above.join("."), segment.word, items);
                 return Err(Box::new(source.problem(segment.span.clone(), fault)));
             }
             let all = items.iter_mut().enumerate();
@@ -205,19 +205,19 @@ fn put<'i>(
                 for (index, item) in meant {
                     let mut above = above.clone();
                     above.push(element_name(item).unwrap_or_else(|| index.to_string()));
-                    put(source, item, &mut above, next, rest, value)?;
+                    set_value(source, item, &mut above, next, rest, value)?;
                 }
             } else if let Some(value) = value {
                 meant.for_each(|(_, item)| *item = value.clone());
             } else {
-                let all = items.iter().enumerate();
-                let kept = all.filter(|(i, _)| !chosen.contains(i));
+                let numbered = items.iter().enumerate();
+                let kept = numbered.filter(|(i, _)| !chosen.contains(i));
                 *items = kept.map(|(_, item)| item.clone()).collect();
             }
             Ok(())
         }
         _ => {
-            let fault = Fault::OverrideNotATable {
+            let fault = SceneFault::OverrideNotATable {
                 path: above.join("."),
                 segment: segment.word.to_owned(),
             };
@@ -232,35 +232,35 @@ fn put<'i>(
 /// # Errors
 /// A list without the element that is named, a single value that is taken for a table.
 pub fn values_at<'t>(
-    source: &Source<'_>,
+    source: &SourceTexts<'_>,
     root: &'t DeTable<'t>,
     key: &str,
-) -> Result<Vec<&'t DeValue<'t>>, Box<Problem>> {
+) -> Result<Vec<&'t DeValue<'t>>, Box<SceneProblem>> {
     let problem = |fault| Box::new(source.problem(source.text.len()..source.text.len(), fault));
     let path = segments(key, 0);
     let Some((first, rest)) = path.split_first() else {
         return Ok(Vec::new());
     };
     let mut above = vec![first.word.to_owned()];
-    let mut found: Vec<&DeValue<'_>> = root
+    let mut values: Vec<&DeValue<'_>> = root
         .get(first.word)
         .into_iter()
         .map(Spanned::get_ref)
         .collect();
     for Segment { word, .. } in rest {
         let mut inner = Vec::new();
-        for value in found {
+        for value in values {
             match value {
                 DeValue::Table(table) => inner.extend(table.get(*word).map(Spanned::get_ref)),
                 DeValue::Array(items) => {
                     let chosen = elements(items, word);
                     if chosen.is_empty() {
-                        return Err(problem(no_element(above.join("."), word, items)));
+                        return Err(problem(missing_element_fault(above.join("."), word, items)));
                     }
                     inner.extend(chosen.into_iter().map(|index| items[index].get_ref()));
                 }
                 _ => {
-                    return Err(problem(Fault::OverrideNotATable {
+                    return Err(problem(SceneFault::OverrideNotATable {
                         path: above.join("."),
                         segment: (*word).to_owned(),
                     }));
@@ -268,15 +268,15 @@ pub fn values_at<'t>(
             }
         }
         above.push((*word).to_owned());
-        found = inner;
+        values = inner;
     }
-    Ok(found)
+    Ok(values)
 }
 
 /// Fault of a list that has no such element.
-fn no_element(path: String, word: &str, items: &[Spanned<DeValue<'_>>]) -> Fault {
+fn missing_element_fault(path: String, word: &str, items: &[Spanned<DeValue<'_>>]) -> SceneFault {
     let names = element_names(items);
-    Fault::OverrideNoElement {
+    SceneFault::OverrideNoElement {
         path,
         segment: word.to_owned(),
         nearest: keys::nearest(word, &names),
@@ -306,15 +306,19 @@ fn element_names(items: &[Spanned<DeValue>]) -> Vec<String> {
         .collect()
 }
 
-fn nothing_to_remove(source: &Source, above: &[String], segment: &Segment) -> Box<Problem> {
-    let fault = Fault::OverrideNothingToRemove {
+fn nothing_to_remove(
+    source: &SourceTexts,
+    above: &[String],
+    segment: &Segment,
+) -> Box<SceneProblem> {
+    let fault = SceneFault::OverrideNothingToRemove {
         path: above.join("."),
     };
     Box::new(source.problem(segment.span.clone(), fault))
 }
 
 /// Removes the keys that `section.key` excludes, if the file (not another argument) has set them.
-fn displace_alternatives(source: &Source, root: &mut DeTable, section: &str, key: &str) {
+fn displace_alternatives(source: &SourceTexts, root: &mut DeTable, section: &str, key: &str) {
     let Some(DeValue::Table(table)) = root.get_mut(section).map(|v| v.get_mut()) else {
         return;
     };

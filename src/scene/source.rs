@@ -8,11 +8,11 @@ use std::sync::Arc;
 
 use miette::NamedSource;
 
-use super::error::{Fault, Problem};
+use super::error::{SceneFault, SceneProblem};
 use super::keys::Vocabulary;
 
 /// Texts that the spans of a scene, or of another file of keys and values, refer to.
-pub struct Source<'i> {
+pub struct SourceTexts<'i> {
     pub name: &'i str,
     /// Text of the file, shared by the problems found in it.
     pub text: Arc<str>,
@@ -20,7 +20,7 @@ pub struct Source<'i> {
     pub vocabulary: &'static Vocabulary,
 }
 
-impl<'i> Source<'i> {
+impl<'i> SourceTexts<'i> {
     /// Position of the first byte of `--set` argument `index`.
     pub fn override_start(&self, index: usize) -> usize {
         // One position between any two texts, so that the end of one is not the start of the next.
@@ -38,9 +38,9 @@ impl<'i> Source<'i> {
     }
 
     /// Problem with a fault at `span`, in the text of that place.
-    pub fn problem(&self, span: Range<usize>, fault: Fault) -> Problem {
+    pub fn problem(&self, span: Range<usize>, fault: SceneFault) -> SceneProblem {
         let (name, text, start) = self.text_at(span.start);
-        Problem {
+        SceneProblem {
             fault,
             span: inside(&text, span.start - start..span.end.saturating_sub(start)),
             source_text: NamedSource::new(name, text).with_language("TOML"),
@@ -52,10 +52,10 @@ impl<'i> Source<'i> {
     pub fn problem_with(
         &self,
         span: Range<usize>,
-        fault: Fault,
+        fault: SceneFault,
         other: Range<usize>,
         label: &'static str,
-    ) -> Problem {
+    ) -> SceneProblem {
         let (_, text, start) = self.text_at(span.start);
         let same_text = start == self.text_at(other.start).2;
         let mut problem = self.problem(span, fault);

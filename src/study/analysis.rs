@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use super::convergence::{Limit, SAME, estimates, limit, relative_error};
 use super::file::Study;
-use super::keys::{Mode, ParameterKind};
+use super::keys::{CombinationMode, ParameterKind};
 use super::parameter::{Parameter, ParameterValue};
 use super::quantity::Figure;
 use super::results::CaseResult;
@@ -21,7 +21,7 @@ pub struct Analysis<'s> {
     /// Relative difference of each figure of each case from the finest case; `None` if there is no
     /// finest case or no such figure.
     pub differences: Vec<Vec<Option<f64>>>,
-    pub refinements: Vec<Refinement>,
+    pub refinements: Vec<ParameterRefinement>,
     /// Figures that change with the physical parameters.
     pub changing: Vec<Figure>,
 }
@@ -29,7 +29,7 @@ pub struct Analysis<'s> {
 /// One numerical parameter through its values, while the others stay at their base (in a grid at
 /// their finest value).
 #[derive(Debug, Clone, PartialEq)]
-pub struct Refinement {
+pub struct ParameterRefinement {
     /// Position of the parameter among those of the study.
     pub parameter: usize,
     /// Case of each value, from coarse to fine.
@@ -70,17 +70,19 @@ pub fn analyse<'s>(study: &'s Study, results: &'s [CaseResult]) -> Analysis<'s> 
 
 /// Figures of the cases, in the order of the quantities of the study.
 fn figures(study: &Study, results: &[CaseResult]) -> Vec<Figure> {
-    let mut found: Vec<Figure> = Vec::new();
+    let mut all_figures: Vec<Figure> = Vec::new();
     for quantity in &study.quantities {
         let values = results.iter().filter_map(CaseResult::figures);
         for (figure, _) in values.flat_map(|f| &f.values) {
-            let is_known = found.iter().any(|known| known.heading == figure.heading);
+            let is_known = all_figures
+                .iter()
+                .any(|known| known.heading == figure.heading);
             if figure.quantity == *quantity && !is_known {
-                found.push(figure.clone());
+                all_figures.push(figure.clone());
             }
         }
     }
-    found
+    all_figures
 }
 
 impl Analysis<'_> {
@@ -97,7 +99,7 @@ impl Analysis<'_> {
             }
         }
         // The base is the first case.
-        if self.study.mode == Mode::OneAtATime {
+        if self.study.mode == CombinationMode::OneAtATime {
             designs.truncate(1);
         }
         designs.into_iter().map(|(_, design)| design).collect()
@@ -119,8 +121,10 @@ impl Analysis<'_> {
             for case in design {
                 let of_axes = axes.iter().filter(|axis| axis.contains(&case));
                 let finest: Vec<usize> = match study.mode {
-                    Mode::Grid => vec![centre],
-                    Mode::OneAtATime => of_axes.map(|axis| axis[axis.len() - 1]).collect(),
+                    CombinationMode::Grid => vec![centre],
+                    CombinationMode::OneAtATime => {
+                        of_axes.map(|axis| axis[axis.len() - 1]).collect()
+                    }
                 };
                 let figures = self.figures.iter();
                 let differences = figures.map(|f| self.difference(case, &finest, &f.heading));
@@ -131,7 +135,7 @@ impl Analysis<'_> {
                     let values = cases.iter().map(|c| results[*c].value(&f.heading));
                     refined(f, values.collect(), &study.parameters[parameter])
                 };
-                self.refinements.push(Refinement {
+                self.refinements.push(ParameterRefinement {
                     parameter,
                     figures: self.figures.iter().map(refined).collect(),
                     cases,
@@ -149,9 +153,10 @@ impl Analysis<'_> {
             chosen.map(|(p, v)| p.last() - v).sum()
         };
         let has_result = |case: &usize| self.results[*case].figures().is_some();
-        let all = design.iter().copied();
-        let found = all.filter(|case| self.study.mode == Mode::Grid && has_result(case));
-        found.min_by_key(steps_from_finest).unwrap_or(design[0])
+        let cases = design.iter().copied();
+        let centres =
+            cases.filter(|case| self.study.mode == CombinationMode::Grid && has_result(case));
+        centres.min_by_key(steps_from_finest).unwrap_or(design[0])
     }
 
     /// Cases of a design through the values of parameter `k`, with the others as in the centre.
@@ -159,8 +164,8 @@ impl Analysis<'_> {
         let mut values = self.results[centre].case.values.clone();
         let case = |v: usize| {
             values[k] = v;
-            let mut all = design.iter().copied();
-            all.find(|case| self.results[*case].case.values == values)
+            let mut cases = design.iter().copied();
+            cases.find(|case| self.results[*case].case.values == values)
         };
         let count = self.study.parameters[k].values.len();
         (0..count).filter_map(case).collect()
@@ -169,9 +174,9 @@ impl Analysis<'_> {
     /// Largest of the differences of a case from these cases.
     fn difference(&self, case: usize, finest: &[usize], heading: &str) -> Option<f64> {
         let value = |case: &usize| self.results[*case].value(heading);
-        let own = value(&case)?;
+        let case_value = value(&case)?;
         let differences = finest.iter().filter_map(value);
-        let differences = differences.filter_map(|other| relative_error(own, other));
+        let differences = differences.filter_map(|other| relative_error(case_value, other));
         differences.reduce(f64::max)
     }
 
@@ -222,7 +227,7 @@ pub mod tests {
     use super::*;
     use crate::study::cases::{Case, cases};
     use crate::study::quantity::tests::PEAK_AMPLITUDE;
-    use crate::study::results::{Ended, Figures};
+    use crate::study::results::{CaseEnd, CaseFigures};
 
     pub fn sized(name: &str, sizes: &[f64], base: usize) -> Parameter {
         let value = |size: &f64| ParameterValue {
@@ -244,7 +249,7 @@ pub mod tests {
     }
 
     /// Study whose figure is 1 + 2 a^2 + 0.5 b.
-    pub fn study(mode: Mode) -> Study {
+    pub fn study(mode: CombinationMode) -> Study {
         Study {
             mode,
             quantities: vec![PEAK_AMPLITUDE],
@@ -256,7 +261,7 @@ pub mod tests {
         }
     }
 
-    fn of_sizes(study: &Study) -> Vec<CaseResult> {
+    fn case_results(study: &Study) -> Vec<CaseResult> {
         let result = |case: &Case| {
             let size = |k: usize| study.parameters[k].values[case.values[k]].size.unwrap();
             let (a, b) = (size(0), size(1));
@@ -273,9 +278,9 @@ pub mod tests {
         };
         CaseResult {
             case: case.clone(),
-            ended: Ended::WithFigures(Box::new(Figures {
+            ended: CaseEnd::WithFigures(Box::new(CaseFigures {
                 values: vec![(figure, amplitude_m)],
-                ..Figures::default()
+                ..CaseFigures::default()
             })),
         }
     }
@@ -287,8 +292,8 @@ pub mod tests {
 
     #[test]
     fn a_known_function_is_taken_apart() {
-        let study = study(Mode::OneAtATime);
-        let results = of_sizes(&study);
+        let study = study(CombinationMode::OneAtATime);
+        let results = case_results(&study);
         let found = analyse(&study, &results);
         // Along a, b is 0.1: to 1.05 with order 2; along b, a is 0.2: to 1.08 with order 1.
         let [a, b] = [0, 1].map(|k| &found.refinements[k].figures[0]);
@@ -311,15 +316,15 @@ pub mod tests {
 
     #[test]
     fn cases_of_a_grid_are_compared_with_the_finest_that_there_is() {
-        let study = study(Mode::Grid);
-        let mut results = of_sizes(&study);
+        let study = study(CombinationMode::Grid);
+        let mut results = case_results(&study);
         let found = analyse(&study, &results);
         // Along each parameter the other is at its finest.
         assert_eq!(found.refinements[0].cases, [3, 7, 11, 15]);
         near(found.differences[0][0], (1.42 - 1.0175) / 1.0175);
         near(found.differences[15][0], 0.0);
         // Without the finest corner the finest that there is serves: a 0.1, b 0.025.
-        results[15].ended = Ended::NotRun;
+        results[15].ended = CaseEnd::NotRun;
         let found = analyse(&study, &results);
         assert_eq!(found.refinements[0].cases, [3, 7, 11, 15]);
         let b = &found.refinements[1];
@@ -330,9 +335,9 @@ pub mod tests {
 
     #[test]
     fn a_case_without_result_is_left_out_of_the_series() {
-        let study = study(Mode::OneAtATime);
-        let mut results = of_sizes(&study);
-        results[1].ended = Ended::NotRun;
+        let study = study(CombinationMode::OneAtATime);
+        let mut results = case_results(&study);
+        results[1].ended = CaseEnd::NotRun;
         let found = analyse(&study, &results);
         let a = &found.refinements[0].figures[0];
         assert_eq!((a.values[0], a.estimated_errors[0]), (None, None));
@@ -345,7 +350,7 @@ pub mod tests {
             kind: ParameterKind::Physical,
             ..sized(name, values, 0)
         };
-        let mut study = study(Mode::Grid);
+        let mut study = study(CombinationMode::Grid);
         study.parameters = vec![
             physical("x", &[0.1, 0.2, 0.4, 0.9]),
             physical("y", &[1.0, 2.0]),

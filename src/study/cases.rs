@@ -3,7 +3,7 @@
 use std::collections::HashSet;
 
 use super::file::Study;
-use super::keys::{Mode, ParameterKind};
+use super::keys::{CombinationMode, ParameterKind};
 use super::parameter::{Parameter, ParameterValue};
 
 /// One run, with a value of each parameter.
@@ -41,7 +41,7 @@ impl Study {
 
     /// Text of the physical parameters, such as ` at friction 0.3, force 1.0 N`; empty if there are
     /// none.
-    pub fn at(&self, values: &[usize]) -> String {
+    pub fn case_conditions(&self, values: &[usize]) -> String {
         match words(self.physical(values)) {
             none if none.is_empty() => none,
             words => format!(" at {words}"),
@@ -51,8 +51,9 @@ impl Study {
     /// Position of the value of each parameter around which others are varied: its base or, for a
     /// numerical parameter in a grid, its finest value.
     pub fn centre(&self) -> Vec<usize> {
-        let is_finest =
-            |p: &Parameter| self.mode == Mode::Grid && p.kind == ParameterKind::Numerical;
+        let is_finest = |p: &Parameter| {
+            self.mode == CombinationMode::Grid && p.kind == ParameterKind::Numerical
+        };
         let value = |p: &Parameter| if is_finest(p) { p.last() } else { p.base };
         self.parameters.iter().map(value).collect()
     }
@@ -69,8 +70,8 @@ pub fn words<'s>(chosen: impl Iterator<Item = Chosen<'s>>) -> String {
 pub fn cases(study: &Study) -> Vec<Case> {
     let base: Vec<usize> = study.parameters.iter().map(|p| p.base).collect();
     let counts = study.parameters.iter().map(|p| p.values.len());
-    let all: Vec<Vec<usize>> = match study.mode {
-        Mode::OneAtATime => {
+    let designs: Vec<Vec<usize>> = match study.mode {
+        CombinationMode::OneAtATime => {
             let values = |(k, count): (usize, usize)| (0..count).map(move |v| (k, v));
             let others = counts.enumerate().flat_map(values);
             let others = others.filter(|(k, v)| *v != base[*k]).map(|(k, v)| {
@@ -80,16 +81,18 @@ pub fn cases(study: &Study) -> Vec<Case> {
             });
             std::iter::once(base.clone()).chain(others).collect()
         }
-        Mode::Grid => counts.fold(vec![Vec::new()], |all, count| {
-            let all = all.iter();
-            let longer = all.flat_map(|short| (0..count).map(move |v| [&short[..], &[v]].concat()));
+        CombinationMode::Grid => counts.fold(vec![Vec::new()], |all, count| {
+            let shorter = all.iter();
+            let longer =
+                shorter.flat_map(|short| (0..count).map(move |v| [&short[..], &[v]].concat()));
             longer.collect()
         }),
     };
     let mut taken = HashSet::new();
     let mut case = |(i, values): (usize, Vec<usize>)| {
         let chosen = study.chosen(&values).zip(values.iter().zip(&base));
-        let named = chosen.filter(|(_, (v, base))| study.mode == Mode::Grid || v != base);
+        let named =
+            chosen.filter(|(_, (v, base))| study.mode == CombinationMode::Grid || v != base);
         let name = slug(named.map(|(chosen, _)| chosen));
         let name = if name.is_empty() { "base" } else { &name };
         let mut slug: String = name.chars().take(180).collect();
@@ -99,7 +102,7 @@ pub fn cases(study: &Study) -> Vec<Case> {
         }
         Case { slug, values }
     };
-    all.into_iter().enumerate().map(&mut case).collect()
+    designs.into_iter().enumerate().map(&mut case).collect()
 }
 
 /// Part of a file name for parameters and their values, such as `friction_0.3__force_n_1.0`.
@@ -147,7 +150,7 @@ mod tests {
         }
     }
 
-    fn study(mode: Mode) -> Study {
+    fn study(mode: CombinationMode) -> Study {
         Study {
             set: vec!["x=1".into()],
             mode,
@@ -161,7 +164,7 @@ mod tests {
 
     #[test]
     fn one_at_a_time_varies_each_parameter_around_the_base() {
-        let study = study(Mode::OneAtATime);
+        let study = study(CombinationMode::OneAtATime);
         let cases = cases(&study);
         let slugs: Vec<&str> = cases.iter().map(|c| c.slug.as_str()).collect();
         assert_eq!(slugs, ["base", "flanks_8x18", "h_1", "h_7"]);
@@ -170,7 +173,7 @@ mod tests {
 
     #[test]
     fn a_grid_has_every_combination_once() {
-        let cases = cases(&study(Mode::Grid));
+        let cases = cases(&study(CombinationMode::Grid));
         assert_eq!(cases.len(), 6);
         assert_eq!(cases[0].slug, "flanks_4x9__h_1");
         assert_eq!(cases[5].values, [1, 2]);
@@ -185,10 +188,10 @@ mod tests {
 
     #[test]
     fn physical_parameters_have_words() {
-        let mut study = study(Mode::Grid);
-        assert_eq!(study.at(&[0, 1]), "");
+        let mut study = study(CombinationMode::Grid);
+        assert_eq!(study.case_conditions(&[0, 1]), "");
         study.parameters[0].kind = ParameterKind::Physical;
-        assert_eq!(study.at(&[1, 1]), " at flanks 8 x 18");
+        assert_eq!(study.case_conditions(&[1, 1]), " at flanks 8 x 18");
         assert_eq!(slug(study.physical(&[1, 1])), "flanks_8x18");
         assert_eq!(study.centre(), [0, 2]);
     }
@@ -198,7 +201,7 @@ mod tests {
         assert_eq!(clean("[0.98, 1.02]"), "0.98-1.02");
         assert_eq!(clean("1e-8"), "1e-8");
         assert_eq!(clean("///"), "value");
-        let mut study = study(Mode::OneAtATime);
+        let mut study = study(CombinationMode::OneAtATime);
         study.parameters = vec![parameter("k", &["a b", "a-b", "a/b", "A-b"], 0)];
         let slugs: Vec<String> = cases(&study).into_iter().map(|c| c.slug).collect();
         assert_eq!(slugs, ["base", "k_a-b", "k_a-b-2", "k_A-b-3"]);
@@ -211,7 +214,7 @@ mod tests {
             .map(|i| format!("{}{i}", "x".repeat(40)))
             .collect();
         let labels: Vec<&str> = labels.iter().map(String::as_str).collect();
-        let mut study = study(Mode::Grid);
+        let mut study = study(CombinationMode::Grid);
         study.parameters = vec![parameter("k", &labels, 0)];
         let cases = cases(&study);
         let distinct: HashSet<&str> = cases.iter().map(|c| c.slug.as_str()).collect();

@@ -145,7 +145,7 @@ pub fn estimates(values: &[f64], limit: &Limit) -> Vec<Option<f64>> {
 mod tests {
     use super::*;
 
-    fn of(f: impl Fn(f64) -> f64, sizes: &[f64]) -> Vec<f64> {
+    fn sample_values(f: impl Fn(f64) -> f64, sizes: &[f64]) -> Vec<f64> {
         sizes.iter().map(|h| f(*h)).collect()
     }
 
@@ -155,7 +155,7 @@ mod tests {
         let uneven = [1.0 / 3.0, 1.0 / 7.0, 1.0 / 15.0];
         for sizes in [halved, uneven] {
             for p in [0.5, 1.0, 2.0, 4.0] {
-                let values = of(|h| 1.0 + 2.0 * h.powf(p), &sizes);
+                let values = sample_values(|h| 1.0 + 2.0 * h.powf(p), &sizes);
                 let found = limit(Some(&sizes), &values, p, true).unwrap();
                 assert_eq!(found.how, How::Richardson);
                 assert!(
@@ -170,7 +170,7 @@ mod tests {
     #[test]
     fn errors_are_counted_from_the_limit() {
         let sizes = [0.4, 0.2, 0.1];
-        let values = of(|h| 1.0 + 2.0 * h * h, &sizes);
+        let values = sample_values(|h| 1.0 + 2.0 * h * h, &sizes);
         let limit = limit(Some(&sizes), &values, 2.0, true).unwrap();
         let errors = estimates(&values, &limit);
         for (error, h) in errors.iter().zip(sizes) {

@@ -7,13 +7,13 @@ use std::sync::Arc;
 use serde_spanned::Spanned;
 
 use super::error::StudyError;
-use super::keys::Mode;
+use super::keys::CombinationMode;
 use super::keys::{RawStudy, STUDY};
-use super::parameter::{self, Parameter, every};
-use super::quantity::{self, Quantity};
-use crate::scene::check::fields::{Checker, Table};
-use crate::scene::source::Source;
-use crate::scene::{Fault, SceneError, document};
+use super::parameter::{self, Parameter, collect_all};
+use super::quantity::{self, StudyQuantity};
+use crate::scene::check::fields::{Checker, SceneTable};
+use crate::scene::source::SourceTexts;
+use crate::scene::{SceneError, SceneFault, document};
 use dovetail_superelement::input;
 
 /// A study as its file describes it.
@@ -24,8 +24,8 @@ pub struct Study {
     pub scene: PathBuf,
     /// `KEY=VALUE` texts for all cases.
     pub set: Vec<String>,
-    pub mode: Mode,
-    pub quantities: Vec<Quantity>,
+    pub mode: CombinationMode,
+    pub quantities: Vec<StudyQuantity>,
     /// True if cases write their fields for ParaView.
     pub fields: bool,
     pub parameters: Vec<Parameter>,
@@ -62,13 +62,13 @@ impl Study {
     }
 
     /// Fault of a case as an error of the study.
-    pub fn invalid(&self, span: Range<usize>, fault: Fault) -> StudyError {
+    pub fn invalid(&self, span: Range<usize>, fault: SceneFault) -> StudyError {
         invalid(vec![source(&self.file).problem(span, fault)])
     }
 }
 
-fn source((name, text): &(String, Arc<str>)) -> Source<'_> {
-    Source {
+fn source((name, text): &(String, Arc<str>)) -> SourceTexts<'_> {
+    SourceTexts {
         name,
         text: Arc::clone(text),
         overrides: &[],
@@ -76,12 +76,12 @@ fn source((name, text): &(String, Arc<str>)) -> Source<'_> {
     }
 }
 
-fn invalid(problems: Vec<crate::scene::Problem>) -> StudyError {
+fn invalid(problems: Vec<crate::scene::SceneProblem>) -> StudyError {
     StudyError::Invalid(SceneError::Invalid { problems })
 }
 
 fn check(checker: &mut Checker, folder: &Path, raw: RawStudy, set: &[String]) -> Option<Study> {
-    let top = Table {
+    let top = SceneTable {
         section: "",
         path: String::new(),
         span: 0..0,
@@ -94,7 +94,7 @@ fn check(checker: &mut Checker, folder: &Path, raw: RawStudy, set: &[String]) ->
         if key.is_none_or(str::is_empty) {
             let message = format!("`set`: \"{argument}\" is not KEY=VALUE");
             let remedy = format!("write for example {}", STUDY.example("", "set"));
-            let fault = Fault::particular(message, "no `=` with a key before it", remedy);
+            let fault = SceneFault::particular(message, "no `=` with a key before it", remedy);
             checker.fault(item.span(), fault);
         }
     }
@@ -104,19 +104,20 @@ fn check(checker: &mut Checker, folder: &Path, raw: RawStudy, set: &[String]) ->
     let quantities = match &raw.quantities {
         None => Some(quantity::ALL.to_vec()),
         Some(list) => {
-            let words = checker.at_least_one(&top, "quantities", list);
+            let words = checker.non_empty(&top, "quantities", list);
             let words = words.into_iter().flatten();
-            every(words.map(|w| checker.word(&top, "quantities", w, quantity::WORDS)))
+            collect_all(words.map(|w| checker.word(&top, "quantities", w, quantity::WORDS)))
         }
     };
     if raw.parameter.is_empty() {
         checker.missing(&top, "parameter");
     }
-    let needs_base = mode == Some(Mode::OneAtATime) && raw.parameter.len() > 1;
+    let needs_base = mode == Some(CombinationMode::OneAtATime) && raw.parameter.len() > 1;
     let parameters = raw.parameter.iter().enumerate();
-    let parameters = every(parameters.map(|(i, p)| parameter::check(checker, i, p, needs_base)));
+    let parameters =
+        collect_all(parameters.map(|(i, p)| parameter::check(checker, i, p, needs_base)));
     if let Some(parameters) = &parameters {
-        parameter::check_together(checker, parameters, mode == Some(Mode::Grid));
+        parameter::check_together(checker, parameters, mode == Some(CombinationMode::Grid));
     }
     Some(Study {
         name: name?,

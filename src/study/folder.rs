@@ -56,7 +56,7 @@ pub struct OutcomeRecord {
 
 /// Cases of a study, and where and how they are run.
 #[derive(Debug)]
-pub struct Plan {
+pub struct StudyPlan {
     pub study: Study,
     pub cases: Vec<Case>,
     /// Folder of the study.
@@ -68,7 +68,7 @@ pub struct Plan {
     pub cache: Vec<String>,
 }
 
-impl Plan {
+impl StudyPlan {
     pub fn folder(&self, case: &Case) -> PathBuf {
         self.out.join("cases").join(&case.slug)
     }
@@ -79,9 +79,12 @@ impl Plan {
         let (folder, threads) = (folder.display().to_string(), self.threads.to_string());
         let set = set.iter().flat_map(|argument| ["--set", argument]);
         // The folder is the study's, whatever scene it held.
-        let own = ["--out", &folder, "--force", "--threads", &threads];
+        let arguments = ["--out", &folder, "--force", "--threads", &threads];
         let cache = self.cache.iter().map(String::as_str);
-        set.chain(own).chain(cache).map(str::to_owned).collect()
+        set.chain(arguments)
+            .chain(cache)
+            .map(str::to_owned)
+            .collect()
     }
 
     /// Request of a case.
@@ -125,7 +128,7 @@ impl Plan {
 
 impl CaseRecord {
     /// Record of the run in a folder, if its result is also one of this request.
-    pub fn answered_in(&self, folder: &Path) -> Option<Self> {
+    pub fn read_answered(&self, folder: &Path) -> Option<Self> {
         let earlier: Option<Self> = read_json(&folder.join(CASE));
         earlier.filter(|earlier| self.is_answered_by(earlier))
     }
@@ -145,7 +148,7 @@ impl CaseRecord {
 
 /// Returns `true` if an interrupted run of the same case is in the folder, which can be resumed.
 pub fn was_broken_off(record: &CaseRecord, folder: &Path) -> bool {
-    let earlier = record.answered_in(folder);
+    let earlier = record.read_answered(folder);
     !record.machine_hash.is_empty()
         && earlier.is_some_and(|earlier| earlier.machine_hash == record.machine_hash)
         && folder.join(JOURNAL).exists()

@@ -10,7 +10,7 @@ use crate::scene::kinds::Limits;
 /// Combination of the values of several parameters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, EnumString, VariantNames)]
 #[strum(serialize_all = "snake_case")]
-pub enum Mode {
+pub enum CombinationMode {
     /// Each parameter through its values while the others are at their base.
     #[default]
     OneAtATime,
@@ -46,7 +46,7 @@ section! {
             "`KEY=VALUE` for all cases, as [`--set`](scene.md#--set); `--set` on the command line \
              comes after these",
             "[\"response.points=50\", \"response.compare_harmonics=\"]";
-        mode: Choice(Mode::VARIANTS), "`\"one_at_a_time\"`",
+        mode: Choice(CombinationMode::VARIANTS), "`\"one_at_a_time\"`",
             "`\"one_at_a_time\"`: each parameter goes through its values while the others stand at \
              their base; `\"grid\"`: every combination, up to 10,000",
             "\"one_at_a_time\"";

@@ -36,12 +36,12 @@ pub use self::file::Study;
 
 use self::analysis::analyse;
 use self::cases::words;
-use self::folder::Plan;
+use self::folder::StudyPlan;
 use self::keys::ParameterKind;
-use self::results::{CaseResult, Ended};
+use self::results::{CaseEnd, CaseResult};
 use crate::commands;
 use crate::reporter::Reporter;
-use crate::scene::{self, Fault};
+use crate::scene::{self, SceneFault};
 use dovetail_export::lock::FolderLock;
 use dovetail_export::report::REPORT;
 use dovetail_export::warning::Weight;
@@ -117,12 +117,12 @@ pub fn study(
                 return Err(StudyError::UnknownCase { name, known });
             }
             plan.run(1, reporter)?;
-            all_complete(&plan.results()?)
+            check_all_complete(&plan.results()?)
         }
     }
 }
 
-fn plan(study: Study, options: &StudyOptions) -> Plan {
+fn plan(study: Study, options: &StudyOptions) -> StudyPlan {
     let out = options.out.clone();
     let out = out.unwrap_or_else(|| Path::new("output").join(&study.name));
     let tells_costs = study
@@ -130,16 +130,16 @@ fn plan(study: Study, options: &StudyOptions) -> Plan {
         .iter()
         .any(|p| p.kind == ParameterKind::Numerical);
     let is_workflow = matches!(options.action, Action::ExportWorkflow(_));
-    let own = is_workflow && !tells_costs && !options.no_cache;
-    let own = own.then(|| (out.join("cache"), Some(MOST_GIB)));
+    let has_own_cache = is_workflow && !tells_costs && !options.no_cache;
+    let cache_folder = has_own_cache.then(|| (out.join("cache"), Some(MOST_GIB)));
     let mut cache = vec!["--no-cache".to_owned()];
-    if let Some((folder, limit)) = options.cache.clone().or(own) {
+    if let Some((folder, limit)) = options.cache.clone().or(cache_folder) {
         let folder = std::path::absolute(&folder).unwrap_or(folder);
         cache = vec!["--cache".to_owned(), folder.display().to_string()];
         let limit = limit.iter();
         cache.extend(limit.flat_map(|gib| ["--cache-limit-gib".to_owned(), gib.to_string()]));
     }
-    Plan {
+    StudyPlan {
         cases: cases(&study),
         study,
         out,
@@ -150,7 +150,11 @@ fn plan(study: Study, options: &StudyOptions) -> Plan {
 
 /// Runs the incomplete cases, `jobs` at a time, and answers; without `jobs` it answers with the
 /// existing results.
-fn answer(plan: &Plan, jobs: Option<usize>, reporter: &Reporter<'_>) -> Result<(), StudyError> {
+fn answer(
+    plan: &StudyPlan,
+    jobs: Option<usize>,
+    reporter: &Reporter<'_>,
+) -> Result<(), StudyError> {
     let (name, all) = (&plan.study.name, plan.cases.len());
     reporter.note(&format!("study \"{name}\": {all} cases"));
     if let Some(jobs) = jobs {
@@ -158,20 +162,20 @@ fn answer(plan: &Plan, jobs: Option<usize>, reporter: &Reporter<'_>) -> Result<(
     }
     let results = plan.results()?;
     let analysis = analyse(&plan.study, &results);
-    let lock = FolderLock::take(&plan.out)?;
+    let lock = FolderLock::acquire(&plan.out)?;
     let pictures = pictures::write(&plan.out.join("plots"), &analysis)?;
     page::write(plan, &analysis, &pictures)?;
     report::write_summary(&plan.out.join("summary.json"), &analysis)?;
     report::write_table(&plan.out.join("table.csv"), &analysis)?;
     drop(lock);
     for result in &results {
-        if let Ended::Failed { message, .. } = &result.ended {
+        if let CaseEnd::Failed { message, .. } = &result.ended {
             let words = format!("{} failed: {message}", result.case.slug);
             reporter.warning(Weight::Wrong, words);
         }
     }
     reporter.note(&format!("answers in {}", plan.out.join(REPORT).display()));
-    all_complete(&results)
+    check_all_complete(&results)
 }
 
 /// Loads every case and looks for its mesh or folder, so that a mistake in the last case is
@@ -203,13 +207,13 @@ fn check(study: &Study, cases: &[Case]) -> Result<(), StudyError> {
         let parameters = study.parameters.iter().zip(&case.values);
         let place = parameters.min_by_key(|(p, v)| p.base == **v);
         let place = place.map_or(0..0, |(p, v)| p.values[*v].span.clone());
-        let fault = Fault::particular(message, "asks for it", remedy);
+        let fault = SceneFault::particular(message, "asks for it", remedy);
         return Err(study.invalid(place, fault));
     }
     Ok(())
 }
 
-fn all_complete(results: &[CaseResult]) -> Result<(), StudyError> {
+fn check_all_complete(results: &[CaseResult]) -> Result<(), StudyError> {
     let figures = || results.iter().filter_map(CaseResult::figures);
     let (cases, without) = (results.len(), results.len() - figures().count());
     let unconverged = figures().filter(|f| f.unconverged() > 0).count();

@@ -6,11 +6,11 @@ use base64::engine::general_purpose::STANDARD;
 use maud::{Markup, html};
 use serde_json::{Value, json};
 
-use super::analysis::{Analysis, Refined, Refinement};
+use super::analysis::{Analysis, ParameterRefinement, Refined};
 use super::convergence::{How, SAME};
 use super::error::StudyError;
-use super::folder::Plan;
-use super::keys::Mode;
+use super::folder::StudyPlan;
+use super::keys::CombinationMode;
 use super::parameter::Parameter;
 use super::pictures::Picture;
 use super::quantity::Figure;
@@ -19,7 +19,7 @@ use super::results::CaseResult;
 use crate::version;
 use dovetail_export::report::REPORT;
 use dovetail_export::report::frame::{self, Frame, card, frame, warnings};
-use dovetail_export::words::{counted, figure, in_unit, percent, title, with_unit};
+use dovetail_export::words::{append_unit, counted, figure, percent, prefixed_unit, title};
 use dovetail_export::{csv, write_file};
 
 const SCRIPTS: [&str; 1] = [include_str!("page.js")];
@@ -30,7 +30,11 @@ const MOST_POINTS: usize = 60_000;
 ///
 /// # Errors
 /// A table or a picture of the study that cannot be read, or a page that cannot be written.
-pub fn write(plan: &Plan, analysis: &Analysis<'_>, pictures: &[Picture]) -> Result<(), StudyError> {
+pub fn write(
+    plan: &StudyPlan,
+    analysis: &Analysis<'_>,
+    pictures: &[Picture],
+) -> Result<(), StudyError> {
     let (study, results) = (analysis.study, analysis.results);
     let parameter = |p: &Parameter| {
         let values: Vec<String> = p.values.iter().map(|v| p.words(v)).collect();
@@ -39,8 +43,8 @@ pub fn write(plan: &Plan, analysis: &Analysis<'_>, pictures: &[Picture]) -> Resu
     let parameters: Vec<Value> = study.parameters.iter().map(parameter).collect();
     let curves = curves(plan, results)?;
     let mode = match study.mode {
-        Mode::OneAtATime => "one parameter at a time around the base",
-        Mode::Grid => "every combination of the parameters",
+        CombinationMode::OneAtATime => "one parameter at a time around the base",
+        CombinationMode::Grid => "every combination of the parameters",
     };
     let mut sections = vec![("answer", "Answer", answer(analysis))];
     if !curves.is_empty() {
@@ -51,7 +55,7 @@ pub fn write(plan: &Plan, analysis: &Analysis<'_>, pictures: &[Picture]) -> Resu
         sections.push(("errors", "Errors", errors(analysis)));
     }
     if !pictures.is_empty() {
-        sections.push(("pictures", "Pictures", shown(plan, pictures)?));
+        sections.push(("pictures", "Pictures", picture_data(plan, pictures)?));
     }
     let links = sections.iter().map(|(id, title, _)| (*id, *title));
     let page = frame(&Frame {
@@ -76,7 +80,7 @@ pub fn write(plan: &Plan, analysis: &Analysis<'_>, pictures: &[Picture]) -> Resu
 }
 
 /// Responses in the folders of the cases.
-fn curves(plan: &Plan, results: &[CaseResult]) -> Result<Vec<Value>, StudyError> {
+fn curves(plan: &StudyPlan, results: &[CaseResult]) -> Result<Vec<Value>, StudyError> {
     let mut curves = Vec::new();
     for result in results {
         let response = result.figures().map(|f| &f.response);
@@ -184,12 +188,12 @@ fn table(class: &str, header: &[String], rows: &[Vec<Markup>]) -> Markup {
 /// Name of a figure with the unit of its largest value, and the factor to that unit.
 fn scaled(figure: &Figure, values: impl Iterator<Item = f64>) -> (String, f64) {
     let largest = values.fold(0.0_f64, |m, v| m.max(v.abs()));
-    let (unit, factor) = in_unit(figure.unit(), largest);
-    (with_unit(&figure.name, &unit), factor)
+    let (unit, factor) = prefixed_unit(figure.unit(), largest);
+    (append_unit(&figure.name, &unit), factor)
 }
 
 /// Table with one row per case: each figure with its difference from the finest case.
-fn cases(plan: &Plan, analysis: &Analysis<'_>) -> Markup {
+fn cases(plan: &StudyPlan, analysis: &Analysis<'_>) -> Markup {
     let (study, results) = (analysis.study, analysis.results);
     let mut header = vec!["case".to_owned()];
     header.extend(study.parameters.iter().map(Parameter::title));
@@ -248,13 +252,13 @@ fn errors(analysis: &Analysis<'_>) -> Markup {
             @let values = &analysis.results[refinement.cases[0]].case.values;
             @let ends = ["order", "counted from"].map(str::to_owned);
             @let header = [vec![String::new()], parameter.labels(), ends.to_vec()].concat();
-            h3 { (parameter.title()) (analysis.study.at(values)) }
-            (table("plain", &header, &of_refinement(analysis, refinement)))
+            h3 { (parameter.title()) (analysis.study.case_conditions(values)) }
+            (table("plain", &header, &refinement_rows(analysis, refinement)))
         }
     }
 }
 
-fn of_refinement(analysis: &Analysis<'_>, refinement: &Refinement) -> Vec<Vec<Markup>> {
+fn refinement_rows(analysis: &Analysis<'_>, refinement: &ParameterRefinement) -> Vec<Vec<Markup>> {
     let row = |name: &str, cells: Vec<String>, end: [String; 2]| {
         let cells = [name.to_owned()].into_iter().chain(cells).chain(end);
         cells.map(|cell| html! { (cell) }).collect()
@@ -311,7 +315,7 @@ fn counted_from(refined: &Refined, of: &Figure, factor: f64) -> [String; 2] {
 }
 
 /// The pictures, as data of the page.
-fn shown(plan: &Plan, pictures: &[Picture]) -> Result<Markup, StudyError> {
+fn picture_data(plan: &StudyPlan, pictures: &[Picture]) -> Result<Markup, StudyError> {
     let mut sources = Vec::new();
     for (shows, file) in pictures {
         let path = plan.out.join("plots").join(file);

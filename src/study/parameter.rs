@@ -9,8 +9,8 @@ use strum::{EnumString, VariantNames};
 use toml::Value;
 
 use super::keys::{ParameterKind, RawParameter};
-use crate::scene::Fault;
-use crate::scene::check::fields::{Checker, Table, is_name};
+use crate::scene::SceneFault;
+use crate::scene::check::fields::{Checker, SceneTable, is_name};
 use crate::scene::keys::is_setting;
 use crate::scene::raw::Located;
 use dovetail_export::words::{name_and_unit, title};
@@ -123,7 +123,7 @@ struct JointValue {
 }
 
 /// All items if none is missing. Every one is made first, so that the faults of all are noted.
-pub fn every<T>(items: impl Iterator<Item = Option<T>>) -> Option<Vec<T>> {
+pub fn collect_all<T>(items: impl Iterator<Item = Option<T>>) -> Option<Vec<T>> {
     items.collect::<Vec<_>>().into_iter().collect()
 }
 
@@ -136,7 +136,7 @@ pub fn check(
     needs_base: bool,
 ) -> Option<Parameter> {
     let (span, raw) = (raw.span(), raw.get_ref());
-    let at = Table::of("parameter", span.clone(), Some((index, &None)));
+    let at = SceneTable::new("parameter", span.clone(), Some((index, &None)));
     let name = match (&raw.name, &raw.key) {
         (None, Some(key)) => Reader { checker, at: &at }.name(key),
         (name, _) => checker.required_name(&at, name),
@@ -146,9 +146,9 @@ pub fn check(
         checker.missing(&at, "values");
         return None;
     };
-    let items = checker.at_least_one(&at, "values", items)?;
+    let items = checker.non_empty(&at, "values", items)?;
     let mut reader = Reader { checker, at: &at };
-    let mut values = every(items.iter().map(|item| reader.value(&raw.key, item)))?;
+    let mut values = collect_all(items.iter().map(|item| reader.value(&raw.key, item)))?;
     let labels = values.iter();
     let labels = labels.map(|v| (at.key("values"), v.label.clone(), v.span.clone()));
     reader.checker.distinct(&labels.collect::<Vec<_>>());
@@ -172,7 +172,7 @@ pub fn check(
 /// Reader of the keys of one `[[parameter]]`.
 struct Reader<'c, 's> {
     checker: &'c mut Checker<'s>,
-    at: &'c Table,
+    at: &'c SceneTable,
 }
 
 impl Reader<'_, '_> {
@@ -187,7 +187,7 @@ impl Reader<'_, '_> {
     ) -> Option<T> {
         let message = format!("`{}`{problem}", self.at.key(key));
         self.checker
-            .fault(span, Fault::particular(message, label, remedy));
+            .fault(span, SceneFault::particular(message, label, remedy));
         None
     }
 
@@ -324,9 +324,9 @@ impl Reader<'_, '_> {
         let (span, problem) = if let Some(base) = base {
             let (label, number) = (self.label(base), number(base.get_ref()));
             let is_equal = |v: &ParameterValue| number.is_some() && v.number == number;
-            let found = values.iter().position(|v| v.label == label);
-            if let Some(found) = found.or_else(|| values.iter().position(is_equal)) {
-                return Some(found);
+            let position = values.iter().position(|v| v.label == label);
+            if let Some(position) = position.or_else(|| values.iter().position(is_equal)) {
+                return Some(position);
             }
             (base.span(), " is not one of the values")
         } else if needed && values.len() > 1 {
@@ -341,8 +341,8 @@ impl Reader<'_, '_> {
             Err(_) => format!("\"{}\"", v.label),
         });
         let shown: Vec<String> = shown.collect();
-        let all = dovetail_mesh::text::list(&shown);
-        let remedy = format!("the values are: {all}; for example: base = {}", shown[0]);
+        let labels = dovetail_mesh::text::list(&shown);
+        let remedy = format!("the values are: {labels}; for example: base = {}", shown[0]);
         let label = "not one of the values";
         self.refuse("base", span, problem, label, remedy)
     }
@@ -383,7 +383,7 @@ pub fn check_together(checker: &mut Checker, parameters: &[Parameter], grid: boo
                 let remedy = format!("let one parameter set both together: {JOINT}");
                 checker.fault(
                     parameter.span.clone(),
-                    Fault::particular(message, "set again", remedy),
+                    SceneFault::particular(message, "set again", remedy),
                 );
             }
         }
@@ -394,7 +394,7 @@ pub fn check_together(checker: &mut Checker, parameters: &[Parameter], grid: boo
         let message = format!("a grid of {cases} cases is more than {MOST_CASES}");
         let remedy = "take fewer values, or mode = \"one_at_a_time\"";
         let span = parameters[0].span.clone();
-        checker.fault(span, Fault::particular(message, "too many", remedy));
+        checker.fault(span, SceneFault::particular(message, "too many", remedy));
     }
 }
 

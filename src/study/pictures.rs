@@ -3,15 +3,17 @@
 
 use std::path::Path;
 
-use super::analysis::{Analysis, Refinement};
+use super::analysis::{Analysis, ParameterRefinement};
 use super::cases::slug;
 use super::convergence::How;
 use super::error::StudyError;
-use super::keys::{Mode, ParameterKind};
+use super::keys::{CombinationMode, ParameterKind};
 use super::parameter::Parameter;
 use super::quantity::Figure;
 use dovetail_export::create_folder;
-use dovetail_export::plots::{Axis, Heading, HeatMap, Scale, Series, write_heat_map, write_series};
+use dovetail_export::plots::{
+    Axis, HeatMap, PictureHeading, Scale, Series, write_heat_map, write_series,
+};
 use dovetail_export::words::capital;
 
 /// Largest number of figures in one picture: the number of colours.
@@ -41,7 +43,7 @@ pub fn write(folder: &Path, analysis: &Analysis<'_>) -> Result<Vec<Picture>, Stu
     let mut written = Vec::new();
     for figure in &analysis.changing {
         match varied[..] {
-            [a, b] if study.mode == Mode::Grid => {
+            [a, b] if study.mode == CombinationMode::Grid => {
                 written.push(pictures.curves(figure, a, Some(b))?);
                 written.push(pictures.heat_map(figure, [a, b])?);
                 written.push(pictures.curves(figure, b, Some(a))?);
@@ -63,7 +65,7 @@ impl Pictures<'_> {
     fn draw(&self, file: String, shows: String, axes: [Axis; 2], series: &[Series]) -> Drawn {
         write_series(
             &self.folder.join(&file),
-            Heading::plain(&shows),
+            PictureHeading::plain(&shows),
             &axes,
             series,
         )?;
@@ -72,7 +74,7 @@ impl Pictures<'_> {
 
     /// Draws estimated errors against the size of a parameter, or over its values if they have no
     /// sizes.
-    fn errors(&self, refinement: &Refinement) -> Result<Option<Picture>, StudyError> {
+    fn errors(&self, refinement: &ParameterRefinement) -> Result<Option<Picture>, StudyError> {
         let study = self.analysis.study;
         let parameter = &study.parameters[refinement.parameter];
         let (x, places) = match parameter.sizes() {
@@ -99,7 +101,7 @@ impl Pictures<'_> {
             return Ok(None);
         }
         let values = &self.analysis.results[refinement.cases[0]].case.values;
-        let at = study.at(values);
+        let at = study.case_conditions(values);
         let shows = format!("Errors by {}{at}", parameter.title());
         let design = slug(study.physical(values));
         let mut file = parameter.name.clone();
@@ -172,7 +174,7 @@ impl Pictures<'_> {
 fn axis(parameter: &Parameter) -> (Axis, Vec<f64>) {
     let counted = || (1..=parameter.values.len()).map(|v| v as f64).collect();
     let numbers = parameter.numbers();
-    let scale = |all: &Vec<f64>| Scale::of(all.iter().copied());
+    let scale = |all: &Vec<f64>| Scale::fitting(all.iter().copied());
     let scale = numbers.as_ref().map_or(Scale::Linear, scale);
     let places: Vec<f64> = numbers.unwrap_or_else(counted);
     let axis = Axis {

@@ -8,7 +8,7 @@ use dovetail_export::words::{figure, name_and_unit};
 
 /// One figure of a run, or one figure per contact.
 #[derive(Debug, Clone, Copy)]
-pub struct Quantity {
+pub struct StudyQuantity {
     /// Word in study files and heading of a column (after the name of the contact, if there is
     /// one).
     pub word: &'static str,
@@ -30,25 +30,25 @@ enum Of {
     Count(fn(&ResponseSummary) -> Option<usize>),
 }
 
-impl PartialEq for Quantity {
+impl PartialEq for StudyQuantity {
     fn eq(&self, other: &Self) -> bool {
         self.word == other.word
     }
 }
 
 /// Reads the word of a quantity.
-impl FromStr for Quantity {
+impl FromStr for StudyQuantity {
     type Err = ();
     fn from_str(word: &str) -> Result<Self, ()> {
-        let mut all = ALL.iter();
-        all.find(|of| of.word == word).copied().ok_or(())
+        let mut quantities = ALL.iter();
+        quantities.find(|of| of.word == word).copied().ok_or(())
     }
 }
 
 /// Defines the quantities in the order of the columns of table.csv: word, name, and source.
 macro_rules! quantities {
     ($($word:literal, $name:literal, $of:ident($from:expr);)*) => {
-        pub const ALL: &[Quantity] = &[$(Quantity {
+        pub const ALL: &[StudyQuantity] = &[$(StudyQuantity {
             word: $word,
             name: $name,
             of: Of::$of($from),
@@ -81,12 +81,12 @@ quantities! {
 }
 
 /// First frequency of a body with its flanks held, which a run computes only on request.
-pub const BLADE_FREQUENCY: Quantity = ALL[2];
+pub const BLADE_FREQUENCY: StudyQuantity = ALL[2];
 
 /// Figure of runs: a quantity, with its contact or displacement if it belongs to one.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Figure {
-    pub quantity: Quantity,
+    pub quantity: StudyQuantity,
     /// Heading of its column in table.csv.
     pub heading: String,
     /// Name in sentences and pictures: `peak amplitude of tip`.
@@ -113,7 +113,7 @@ impl Figure {
     }
 }
 
-impl Quantity {
+impl StudyQuantity {
     /// Figures of the quantity in a summary, with their values; figures that the run does not have
     /// are left out.
     pub fn figures(self, summary: &Summary) -> Vec<(Figure, f64)> {
@@ -133,8 +133,8 @@ impl Quantity {
             Of::Contact(of) => {
                 let contacts = state.iter().flat_map(|s| &s.contacts);
                 let heading = |c: &ContactSummary| format!("{}_{}", c.name, self.word);
-                let own = |c: &ContactSummary| figure(heading(c), Some(&c.name), of(c));
-                return contacts.filter_map(own).collect();
+                let contact_figure = |c: &ContactSummary| figure(heading(c), Some(&c.name), of(c));
+                return contacts.filter_map(contact_figure).collect();
             }
             Of::Run(of) => of(summary),
             Of::Static(of) => state.and_then(of),
@@ -156,7 +156,7 @@ pub mod tests {
     use dovetail_export::words::title;
     use dovetail_solver::dlft::Outcome;
 
-    pub const PEAK_AMPLITUDE: Quantity = ALL[3];
+    pub const PEAK_AMPLITUDE: StudyQuantity = ALL[3];
 
     #[test]
     fn quantities_that_are_named_are_themselves() {

@@ -4,10 +4,10 @@ use std::path::Path;
 
 use serde_json::{Value, json};
 
-use super::analysis::{Analysis, Refinement};
+use super::analysis::{Analysis, ParameterRefinement};
 use super::error::StudyError;
 use super::parameter::Parameter;
-use super::results::{CaseResult, Ended, Figures};
+use super::results::{CaseEnd, CaseFigures, CaseResult};
 use crate::version;
 use dovetail_export::table::{Cell, Columns};
 use dovetail_export::write_json;
@@ -17,22 +17,26 @@ type OfCase = fn(&CaseResult) -> Cell;
 
 /// Last columns of a table of cases.
 pub const OF_RUNS: [(&str, OfCase); 7] = [
-    ("processor_seconds", |r| of(r, |f| f.processor_seconds)),
-    ("seconds", |r| of(r, |f| Some(f.seconds))),
-    ("peak_memory_mib", |r| of(r, |f| f.peak_memory_mib)),
+    ("processor_seconds", |r| {
+        figure_cell(r, |f| f.processor_seconds)
+    }),
+    ("seconds", |r| figure_cell(r, |f| Some(f.seconds))),
+    ("peak_memory_mib", |r| figure_cell(r, |f| f.peak_memory_mib)),
     ("from_cache", |r| {
-        of(r, |f| {
+        figure_cell(r, |f| {
             let stages = f.from_cache.iter().map(|s| s.id());
             Some(stages.collect::<Vec<_>>().join(" "))
         })
     }),
     ("outcome", |r| r.outcome().into()),
-    ("points", |r| of(r, |f| Some(f.response.points))),
-    ("unconverged_points", |r| of(r, |f| Some(f.unconverged()))),
+    ("points", |r| figure_cell(r, |f| Some(f.response.points))),
+    ("unconverged_points", |r| {
+        figure_cell(r, |f| Some(f.unconverged()))
+    }),
 ];
 
 /// A cell that is empty if the case has no figures.
-fn of<T: Into<Cell>>(result: &CaseResult, cell: fn(&Figures) -> Option<T>) -> Cell {
+fn figure_cell<T: Into<Cell>>(result: &CaseResult, cell: fn(&CaseFigures) -> Option<T>) -> Cell {
     result.figures().and_then(cell).into()
 }
 
@@ -64,14 +68,14 @@ pub fn write_table(path: &Path, analysis: &Analysis<'_>) -> Result<(), StudyErro
 pub fn write_summary(path: &Path, analysis: &Analysis<'_>) -> Result<(), StudyError> {
     let (study, results) = (analysis.study, analysis.results);
     let failed = results.iter().filter_map(|r| match &r.ended {
-        Ended::Failed { exit_code, message } => Some(json!({
+        CaseEnd::Failed { exit_code, message } => Some(json!({
             "case": r.case.slug, "exit_code": exit_code, "message": message,
         })),
         _ => None,
     });
     let parameter =
         |p: &Parameter| json!({ "name": p.name, "is": p.kind.to_string(), "values": p.labels() });
-    let refinement = |r: &Refinement| {
+    let refinement = |r: &ParameterRefinement| {
         let parameter = &study.parameters[r.parameter];
         let at = study.physical(&results[r.cases[0]].case.values);
         let at = at.map(|(p, v)| (p.name.clone(), json!(v.label)));
@@ -111,9 +115,9 @@ pub fn remarks(results: &[CaseResult]) -> Vec<String> {
     for CaseResult { case, ended } in results {
         let mut remark = |words: String| remarks.push(format!("case {}{words}", case.slug));
         match ended {
-            Ended::Failed { message, .. } => remark(format!(" failed: {message}")),
-            Ended::NotRun => remark(" has no result".to_owned()),
-            Ended::WithFigures(figures) => {
+            CaseEnd::Failed { message, .. } => remark(format!(" failed: {message}")),
+            CaseEnd::NotRun => remark(" has no result".to_owned()),
+            CaseEnd::WithFigures(figures) => {
                 let (unconverged, response) = (figures.unconverged(), &figures.response);
                 if unconverged > 0 {
                     let points = response.points;

@@ -5,7 +5,7 @@ use std::path::Path;
 use super::cases::Case;
 use super::error::StudyError;
 use super::file::Study;
-use super::folder::{CaseRecord, OutcomeRecord, Plan};
+use super::folder::{CaseRecord, OutcomeRecord, StudyPlan};
 use super::quantity::Figure;
 use crate::exit::ExitStatus;
 use dovetail_export::manifest::{ResponseSummary, RunState, Summary};
@@ -16,12 +16,12 @@ use dovetail_solver::run::Stage;
 #[derive(Debug, Clone, PartialEq)]
 pub struct CaseResult {
     pub case: Case,
-    pub ended: Ended,
+    pub ended: CaseEnd,
 }
 
 #[derive(Debug, Clone, PartialEq)]
-pub enum Ended {
-    WithFigures(Box<Figures>),
+pub enum CaseEnd {
+    WithFigures(Box<CaseFigures>),
     Failed {
         exit_code: Option<i32>,
         message: String,
@@ -32,7 +32,7 @@ pub enum Ended {
 
 /// Figures of a run.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Figures {
+pub struct CaseFigures {
     /// Figures and their values; figures that the run does not have are left out.
     pub values: Vec<(Figure, f64)>,
     pub response: ResponseSummary,
@@ -49,7 +49,7 @@ pub struct Figures {
     pub day: String,
 }
 
-impl Figures {
+impl CaseFigures {
     /// Number of frequencies that did not converge.
     pub fn unconverged(&self) -> usize {
         let response = &self.response;
@@ -58,9 +58,9 @@ impl Figures {
 }
 
 impl CaseResult {
-    pub fn figures(&self) -> Option<&Figures> {
+    pub fn figures(&self) -> Option<&CaseFigures> {
         match &self.ended {
-            Ended::WithFigures(figures) => Some(figures),
+            CaseEnd::WithFigures(figures) => Some(figures),
             _ => None,
         }
     }
@@ -73,19 +73,19 @@ impl CaseResult {
     /// Word for the outcome in tables.
     pub fn outcome(&self) -> &'static str {
         match &self.ended {
-            Ended::WithFigures(f) if f.unconverged() == 0 => "converged",
-            Ended::WithFigures(_) => "some_unconverged",
-            Ended::Failed { .. } => "failed",
-            Ended::NotRun => "not_run",
+            CaseEnd::WithFigures(f) if f.unconverged() == 0 => "converged",
+            CaseEnd::WithFigures(_) => "some_unconverged",
+            CaseEnd::Failed { .. } => "failed",
+            CaseEnd::NotRun => "not_run",
         }
     }
 }
 
-impl Plan {
+impl StudyPlan {
     /// Results of the cases.
     ///
     /// # Errors
-    /// As for [`Plan::record`].
+    /// As for [`StudyPlan::record`].
     pub fn results(&self) -> Result<Vec<CaseResult>, StudyError> {
         let result = |case: &Case| {
             let ended = self.ended(case, &self.record(case)?);
@@ -98,27 +98,27 @@ impl Plan {
     /// Reads the folder of a case. It has a result if its program ended with one (exit code 0 or 3)
     /// and case.json has the present request: the same program, overrides and input files, byte for
     /// byte.
-    pub fn ended(&self, case: &Case, record: &CaseRecord) -> Ended {
+    pub fn ended(&self, case: &Case, record: &CaseRecord) -> CaseEnd {
         let folder = self.folder(case);
         let outcome: Option<OutcomeRecord> = read_json(&folder.join("outcome.json"));
-        let outcome = outcome.filter(|_| record.answered_in(&folder).is_some());
+        let outcome = outcome.filter(|_| record.read_answered(&folder).is_some());
         match outcome.map(|outcome| outcome.exit_code) {
-            None => Ended::NotRun,
-            Some(exit_code) if !ExitStatus::has_results(exit_code) => Ended::Failed {
+            None => CaseEnd::NotRun,
+            Some(exit_code) if !ExitStatus::has_results(exit_code) => CaseEnd::Failed {
                 exit_code,
-                message: why_failed(&folder),
+                message: failure_reason(&folder),
             },
             Some(_) => {
                 let summary: Option<Summary> = read_json(&folder.join("summary.json"));
-                let figures = summary.and_then(|summary| of_run(&self.study, &summary));
-                figures.map_or(Ended::NotRun, |f| Ended::WithFigures(Box::new(f)))
+                let figures = summary.and_then(|summary| run_figures(&self.study, &summary));
+                figures.map_or(CaseEnd::NotRun, |f| CaseEnd::WithFigures(Box::new(f)))
             }
         }
     }
 }
 
 /// Reason why the case in a folder failed: that of its summary.json, else the last line of its log.
-fn why_failed(folder: &Path) -> String {
+fn failure_reason(folder: &Path) -> String {
     let summary: Option<Summary> = read_json(&folder.join("summary.json"));
     let why = summary.filter(|s| s.state == RunState::Failed);
     why.and_then(|s| s.why).unwrap_or_else(|| {
@@ -129,7 +129,7 @@ fn why_failed(folder: &Path) -> String {
 }
 
 /// Figures of a run; `None` if it has no response.
-fn of_run(study: &Study, summary: &Summary) -> Option<Figures> {
+fn run_figures(study: &Study, summary: &Summary) -> Option<CaseFigures> {
     let quantities = study.quantities.iter();
     let values = quantities.flat_map(|q| q.figures(summary)).collect();
     let response = summary.response.clone()?;
@@ -139,7 +139,7 @@ fn of_run(study: &Study, summary: &Summary) -> Option<Figures> {
     let held_processor_s: f64 = held.iter().filter_map(|s| s.processor_seconds).sum();
     let memory = counted.iter().filter_map(|s| s.peak_memory_mib);
     let cached = counted.iter().filter(|s| s.from_cache);
-    Some(Figures {
+    Some(CaseFigures {
         values,
         response,
         seconds: summary.seconds - held_s,
@@ -154,27 +154,27 @@ fn of_run(study: &Study, summary: &Summary) -> Option<Figures> {
 mod tests {
     use super::*;
     use crate::study::analysis::tests::study;
-    use crate::study::keys::Mode;
+    use crate::study::keys::CombinationMode;
     use dovetail_export::manifest::{ObservedPeak, StageSummary};
     use dovetail_export::write_json;
 
     #[test]
     fn why_a_case_failed_is_what_its_summary_says_else_the_end_of_its_log() {
         let folder = tempfile::tempdir().unwrap();
-        assert_eq!(why_failed(folder.path()), "nothing was logged");
+        assert_eq!(failure_reason(folder.path()), "nothing was logged");
         std::fs::write(folder.path().join("log.txt"), "  mesh 1.0 s\nKilled\n\n").unwrap();
-        assert_eq!(why_failed(folder.path()), "Killed");
+        assert_eq!(failure_reason(folder.path()), "Killed");
         let mut summary = Summary {
             why: Some("meshing failed: gmsh was stopped".into()),
             ..Summary::default()
         };
         let path = folder.path().join("summary.json");
         write_json(&path, &summary).unwrap();
-        assert_eq!(why_failed(folder.path()), "Killed");
+        assert_eq!(failure_reason(folder.path()), "Killed");
         summary.state = RunState::Failed;
         write_json(&path, &summary).unwrap();
         assert_eq!(
-            why_failed(folder.path()),
+            failure_reason(folder.path()),
             "meshing failed: gmsh was stopped"
         );
     }
@@ -201,8 +201,8 @@ mod tests {
             ],
             ..Summary::default()
         };
-        let study = study(Mode::Grid);
-        assert_eq!(of_run(&study, &summary), None);
+        let study = study(CombinationMode::Grid);
+        assert_eq!(run_figures(&study, &summary), None);
         summary.response = Some(ResponseSummary {
             points: 3,
             converged_points: 2,
@@ -213,7 +213,7 @@ mod tests {
             },
             ..ResponseSummary::default()
         });
-        let figures = of_run(&study, &summary).unwrap();
+        let figures = run_figures(&study, &summary).unwrap();
         let (figure, value) = &figures.values[0];
         assert_eq!(
             (figure.heading.as_str(), *value),

@@ -7,8 +7,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
 use super::error::StudyError;
-use super::folder::{self, CaseRecord, OutcomeRecord, Plan};
-use super::results::Ended;
+use super::folder::{self, CaseRecord, OutcomeRecord, StudyPlan};
+use super::results::CaseEnd;
 use crate::exit::ExitStatus;
 use crate::reporter::Reporter;
 use dovetail_export::lock::FolderLock;
@@ -17,7 +17,7 @@ use dovetail_export::write_json;
 /// Lock of the folder of a case: who has it starts the case and records how it ended.
 const CASE_LOCK: &str = ".case.lock";
 
-impl Plan {
+impl StudyPlan {
     /// Runs the incomplete cases, `jobs` at a time, in their order.
     ///
     /// # Errors
@@ -27,7 +27,7 @@ impl Plan {
         let mut pending = Vec::new();
         for case in &self.cases {
             let record = self.record(case)?;
-            if !matches!(self.ended(case, &record), Ended::WithFigures(_)) {
+            if !matches!(self.ended(case, &record), CaseEnd::WithFigures(_)) {
                 pending.push((record, self.folder(case)));
             }
         }
@@ -72,8 +72,8 @@ impl Plan {
 /// folder is then left unchanged.
 fn run_case(record: &CaseRecord, folder: &Path) -> Result<OutcomeRecord, StudyError> {
     // The run locks the folder itself.
-    let _of_case = FolderLock::take_named(folder, CASE_LOCK)?;
-    drop(FolderLock::take(folder)?);
+    let _of_case = FolderLock::acquire_named(folder, CASE_LOCK)?;
+    drop(FolderLock::acquire(folder)?);
     let resumed = folder::was_broken_off(record, folder).then_some("--resume");
     folder::prepare(record, folder)?;
     let program = std::env::current_exe().unwrap_or_else(|_| PathBuf::from("dovetail"));

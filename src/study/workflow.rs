@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use serde_json::json;
 
 use super::error::StudyError;
-use super::folder::Plan;
+use super::folder::StudyPlan;
 use super::quantity::BLADE_FREQUENCY;
 use crate::commands::mesh_inputs;
 use crate::scene;
@@ -22,7 +22,7 @@ const REDUCTION: &str = "reduction";
 
 /// One shared input.
 #[derive(Debug, Clone, PartialEq)]
-struct Piece {
+struct WorkflowPiece {
     /// Name of its folder: `mesh_1`, `reduction_2`.
     name: String,
     kind: &'static str,
@@ -34,8 +34,8 @@ struct Piece {
 
 /// Shared inputs, each after the one that it needs, and the name of the one that each case needs.
 /// `needed`: numbers of the mesh and of the reduction that each case needs.
-fn shared(needed: &[[Option<usize>; 2]]) -> (Vec<Piece>, Vec<Option<String>>) {
-    let mut pieces: Vec<Piece> = Vec::new();
+fn shared(needed: &[[Option<usize>; 2]]) -> (Vec<WorkflowPiece>, Vec<Option<String>>) {
+    let mut pieces: Vec<WorkflowPiece> = Vec::new();
     let of_cases = needed.iter().enumerate().map(|(case, &[mesh, reduction])| {
         let of_mesh = needed.iter().filter(|n| n[0] == mesh).map(|n| n[1]);
         let of_mesh = of_mesh.collect::<HashSet<_>>().len();
@@ -47,7 +47,7 @@ fn shared(needed: &[[Option<usize>; 2]]) -> (Vec<Piece>, Vec<Option<String>>) {
             };
             let name = format!("{kind}_{}", number + 1);
             if pieces.iter().all(|piece| piece.name != name) {
-                pieces.push(Piece {
+                pieces.push(WorkflowPiece {
                     name: name.clone(),
                     kind,
                     case,
@@ -76,7 +76,7 @@ fn absolute(path: &Path) -> PathBuf {
     std::path::absolute(path).unwrap_or_else(|_| path.to_owned())
 }
 
-impl Plan {
+impl StudyPlan {
     /// Numbers of the mesh and of the reduction that each case needs and can share.
     fn needed(&self) -> Result<Vec<[Option<usize>; 2]>, StudyError> {
         let (mut meshes, mut reductions) = (Vec::new(), Vec::new());
@@ -84,14 +84,15 @@ impl Plan {
             let scene = scene::load(&self.study.scene, &case.set(&self.study))?;
             Ok([
                 mesh_inputs(&scene).map(|inputs| position(&mut meshes, inputs)),
-                PlannedReduction::of(&scene).map(|inputs| position(&mut reductions, inputs)),
+                PlannedReduction::from_scene(&scene)
+                    .map(|inputs| position(&mut reductions, inputs)),
             ])
         });
         needed.collect()
     }
 
     /// Words after the name of the program that put a shared input into the cache.
-    fn making(&self, piece: &Piece) -> Vec<String> {
+    fn making(&self, piece: &WorkflowPiece) -> Vec<String> {
         let study = &self.study;
         let scene = absolute(&study.scene).display().to_string();
         let words: &[&str] = match piece.kind {

@@ -5,7 +5,7 @@ use std::path::Path;
 use std::process::Command;
 
 use crate::shared_folder::Folder;
-use crate::shared_program::{ended, has, on_scene, printed, told};
+use crate::shared_program::{ended, has, printed, scene_command, told};
 use crate::shared_runs::numbers;
 
 /// Command about the reduced model of 72 pairs.
@@ -16,7 +16,7 @@ fn dovetail(command: &str, out: &Path, rest: &[&str]) -> Command {
         "response.times_first_linear_mode=[0.98, 1.01]",
         "response.samples=64",
     ];
-    let mut command = on_scene(command, "benches/peers/scene.toml", out, &set);
+    let mut command = scene_command(command, "benches/peers/scene.toml", out, &set);
     command.args(rest);
     command
 }

@@ -1,7 +1,7 @@
 //! Unintended input: the program ends soon, with a short message, and never with a panic.
 
 use crate::shared_folder::Folder;
-use crate::shared_program::{cases, ended, has, in_one_line, on_scene, program, told};
+use crate::shared_program::{cases, ended, has, program, scene_command, told, unwrapped};
 use std::os::unix::ffi::OsStrExt;
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -62,7 +62,7 @@ fn dovetail(folder: &Folder, arguments: &[&str]) -> (i32, String) {
 fn refused(folder: &Folder, arguments: &[&str]) -> String {
     let (code, said) = dovetail(folder, arguments);
     assert_eq!(code, 2, "{said}");
-    in_one_line(&said)
+    unwrapped(&said)
 }
 
 /// Checks that a scene with this text is refused with these words.
@@ -106,7 +106,7 @@ fn a_reader_that_has_gone_is_no_error() {
         ("modes", ""),
         ("verify", "--at 1 --periods 3 --steps 64 --tolerance 9"),
     ] {
-        let mut child = on_scene(command, &jenkins, &folder.join("out"), &[])
+        let mut child = scene_command(command, &jenkins, &folder.join("out"), &[])
             .args(arguments.split_whitespace())
             .stdout(Stdio::piped())
             .stderr(Stdio::piped())
@@ -120,7 +120,7 @@ fn a_reader_that_has_gone_is_no_error() {
     }
     if Path::new("/dev/full").exists() {
         let full = std::fs::File::options().write(true).open("/dev/full");
-        let mut modes = on_scene("modes", &jenkins, &folder.join("out"), &[]);
+        let mut modes = scene_command("modes", &jenkins, &folder.join("out"), &[]);
         has(&told(modes.stdout(full.unwrap()), 1), "standard output");
     }
 }
@@ -183,7 +183,7 @@ fn a_cause_that_a_message_names_is_not_told_again() {
     let folder = Folder::new("cause");
     let (paper, missing) = (root("scenes/paper.toml"), "mesh.file=missing.msh");
     let (code, said) = dovetail(&folder, &["mesh", &paper, "--set", missing]);
-    let said = in_one_line(&said);
+    let said = unwrapped(&said);
     assert_ne!(code, 0, "{said}");
     assert!(said.contains("missing.msh"), "{said}");
     assert_eq!(said.matches("No such file").count(), 1, "{said}");
@@ -225,7 +225,7 @@ fn blanks_in_a_mesh_cost_no_time() {
     }
     let (code, said) = with(&format!("$Comments\n{blanks}x\n"), "open.msh");
     assert_eq!(code, 2, "{said}");
-    has(&in_one_line(&said), "it has no $EndComments");
+    has(&unwrapped(&said), "it has no $EndComments");
 }
 
 #[test]

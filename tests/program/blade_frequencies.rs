@@ -10,7 +10,7 @@ use nalgebra_sparse::CscMatrix;
 use vtkio::model::{Attribute, DataSet, Piece, Vtk};
 
 use crate::shared_folder::Folder;
-use crate::shared_program::{SMALL, ended, on_scene};
+use crate::shared_program::{SMALL, ended, scene_command};
 use crate::shared_runs::{number, rows};
 use crate::shared_work::paper;
 use dovetail_numerics::space::{norm, sub};
@@ -88,7 +88,10 @@ fn shapes(path: &Path) -> Vec<(String, Vec<[f64; 3]>)> {
 #[test]
 fn mode_shapes_have_the_energies_of_their_frequencies() {
     let folder = Folder::new("mode-shapes");
-    ended(on_scene("modes", "scenes/paper.toml", &folder, &[SMALL]), 0);
+    ended(
+        scene_command("modes", "scenes/paper.toml", &folder, &[SMALL]),
+        0,
+    );
     let model = model("dovetail_small.msh", &[]);
     let structure = fem::assemble(&model).unwrap();
     let rows = rows(&folder.join("modes.csv"));

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use crate::shared_folder::Folder;
-use crate::shared_program::{cases, has, on_scene, told};
+use crate::shared_program::{cases, has, scene_command, told};
 use crate::shared_runs::summary;
 use dovetail::scene;
 use dovetail_mesh::parts::Placement;
@@ -154,7 +154,7 @@ fn a_body_that_stands_beside_its_place_is_warned_of_where_the_nodes_match() {
     for (shift_m, covered) in [(0.0, 1.0), (5e-3, 0.75), (10e-3, 0.5)] {
         let folder = Folder::new("moved");
         let moved = format!("body.jaw.translation_m=[{shift_m}, 0, -0.25]");
-        let said = told(on_scene("mesh", TWO_DECKS, &folder, &[&moved]), 0);
+        let said = told(scene_command("mesh", TWO_DECKS, &folder, &[&moved]), 0);
         let warned = "neither flank lies wholly opposite the other";
         assert_eq!(
             said.matches(warned).count(),
@@ -177,7 +177,10 @@ fn what_a_deck_says_beside_is_told_with_its_file() {
     let deck = std::fs::read_to_string(root().join("meshes/decks/disc.inp")).unwrap();
     let file = folder.write("tied.inp", deck + "*TIE, NAME=glue\nA, B\n");
     let set = format!("body.jaw.mesh_file={}", file.display());
-    let said = told(on_scene("mesh", TWO_DECKS, &folder.join("out"), &[&set]), 0);
+    let said = told(
+        scene_command("mesh", TWO_DECKS, &folder.join("out"), &[&set]),
+        0,
+    );
     let words = "tied.inp: These keywords were not read: *TIE. What *TIE joins is joined in the \
                  scene by a contact with the law `bonded`.";
     has(&said, words);

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::shared_folder::{Folder, files_below, without_sections};
+use crate::shared_folder::{Folder, drop_sections, files_below};
 use crate::shared_program::{ended, has, program, said, told};
 use crate::shared_runs::{json, summary};
 use dovetail_testkit::folder::root;
@@ -101,7 +101,7 @@ impl Bench {
         let content = |path: PathBuf| {
             let name = path.strip_prefix(&root).unwrap().to_path_buf();
             let bytes = std::fs::read(&path).unwrap();
-            (name, without_sections(bytes, &["effort", "warnings"]))
+            (name, drop_sections(bytes, &["effort", "warnings"]))
         };
         files.into_iter().map(content).collect()
     }

@@ -4,7 +4,7 @@
 
 use crate::shared_folder::Folder;
 use crate::shared_runs::{number, rows};
-use crate::shared_work::in_folder;
+use crate::shared_work::workspace;
 use dovetail::scene;
 use dovetail_solver::excitation::NamedExcitation;
 use dovetail_solver::reduced::{Load, ObservedPoint, ReducedModel};
@@ -38,7 +38,7 @@ fn solve(name: &str, set: &[String]) -> Answer {
     let folder = Folder::new(name);
     let scene_file = root().join(format!("scenes/verification/{name}.toml"));
     let scene = scene::load(&scene_file, set).unwrap();
-    let (work, _) = in_folder(&scene, scene_file, &folder);
+    let (work, _) = workspace(&scene, scene_file, &folder);
     work.solve(Options::default())
         .and_then(|run| Ok(run.verdict()?))
         .unwrap_or_else(|e| panic!("{name} {set:?}: {e}"));
@@ -55,7 +55,7 @@ fn solve(name: &str, set: &[String]) -> Answer {
     }
 }
 
-fn at(hz: f64) -> String {
+fn frequency_text(hz: f64) -> String {
     format!("response.frequency_hz=[{hz}, {hz}]")
 }
 
@@ -71,7 +71,7 @@ fn den_hartog(b: f64, f: f64) -> f64 {
 /// Relative error of the amplitude.
 fn den_hartog_error(b: f64, f: f64, harmonics: usize) -> f64 {
     let set = [
-        at(b),
+        frequency_text(b),
         format!("reduced_model.friction={f}"),
         format!("response.harmonics={harmonics}"),
         "response.samples=512".to_string(),
@@ -164,7 +164,10 @@ fn jenkins_one_harmonic_is_the_closed_form() {
     ] {
         let answer = solve(
             "jenkins",
-            &[at(hz), format!("reduced_model.force_n={force_n}")],
+            &[
+                frequency_text(hz),
+                format!("reduced_model.force_n={force_n}"),
+            ],
         );
         let slid = 4.0 * (amplitude - 0.2 / 0.5);
         let work = 0.2 * slid;
@@ -272,7 +275,7 @@ fn bar(elements: usize) -> Superelement {
             static_load: load((0..n).map(preload).collect()),
             unit_loads: vec![load(first(1.0))],
             observations: vec![ObservedPoint::new("tip", first(1.0), vec![])],
-            ..ReducedModel::of_pairs(stiffness, Mat::zeros(n, n))
+            ..ReducedModel::from_pair_matrices(stiffness, Mat::zeros(n, n))
         },
         excitations: vec![NamedExcitation::cosine("force")],
         contacts: vec![NamedContact {

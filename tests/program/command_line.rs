@@ -6,7 +6,7 @@ use std::process::Command;
 
 use crate::shared_folder::Folder;
 use crate::shared_program::{
-    SMALL, cases, ended, has, in_one_line, needs_gmsh, on_scene, printed, said,
+    SMALL, cases, ended, has, needs_gmsh, printed, said, scene_command, unwrapped,
 };
 use crate::shared_runs::{Row, number, rows, summary};
 use dovetail_testkit::folder::root;
@@ -38,7 +38,7 @@ const FILES: [&str; 18] = [
 
 /// `dovetail COMMAND scenes/paper.toml --out FOLDER --set ...`.
 fn dovetail(command: &str, out: &Folder, set: &[&str]) -> Command {
-    on_scene(command, "scenes/paper.toml", out, set)
+    scene_command(command, "scenes/paper.toml", out, set)
 }
 
 fn table(out: &Folder, file: &str) -> Vec<Row> {
@@ -259,7 +259,7 @@ fn frequencies_over_the_speed_are_those_of_each_speed() {
     assert!(!named.is_empty(), "{listed}");
     let drawn = engine_orders(&svg);
     assert!(named.is_subset(&drawn), "{named:?} {drawn:?}");
-    for (speed, hz) in at_each_speed(&rows, &[0.0, 3500.0, 7000.0], &[SMALL]) {
+    for (speed, hz) in frequencies_by_speed(&rows, &[0.0, 3500.0, 7000.0], &[SMALL]) {
         assert!(listed.contains(&format!("{hz:.4}")), "{speed} rpm: {hz}");
     }
 }
@@ -272,7 +272,7 @@ fn steady_loads_stiffen_at_each_speed_as_at_that_speed_alone() {
     let mut command = dovetail("modes", &folder, &[SMALL, pull]);
     ended(command.args(["--rpm", "0:7000:3"]), 0);
     let rows = table(&folder, "modes_campbell.csv");
-    let loaded = at_each_speed(&rows, &[3500.0, 7000.0], &[SMALL, pull]);
+    let loaded = frequencies_by_speed(&rows, &[3500.0, 7000.0], &[SMALL, pull]);
     let alone = Folder::new("campbell-unloaded");
     ended(
         dovetail("modes", &alone, &[SMALL, "rotation.speed_rpm=3500"]),
@@ -284,7 +284,7 @@ fn steady_loads_stiffen_at_each_speed_as_at_that_speed_alone() {
 }
 
 /// Speeds and frequencies of a Campbell diagram, which have to be those of runs at each speed alone.
-fn at_each_speed(rows: &[Row], speeds_rpm: &[f64], set: &[&str]) -> Vec<(f64, f64)> {
+fn frequencies_by_speed(rows: &[Row], speeds_rpm: &[f64], set: &[&str]) -> Vec<(f64, f64)> {
     let mut all = Vec::new();
     for &speed in speeds_rpm {
         let alone = Folder::new("campbell-alone");
@@ -351,7 +351,7 @@ fn static_writes_the_state_and_no_response() {
 }
 
 /// Sets PATH to a single folder, which has no gmsh.
-fn without_gmsh(mut command: Command) -> Command {
+fn hide_gmsh(mut command: Command) -> Command {
     command.env("PATH", root().join("meshes"));
     command
 }
@@ -359,7 +359,7 @@ fn without_gmsh(mut command: Command) -> Command {
 #[test]
 fn without_gmsh_the_ready_mesh_is_used_and_that_is_said() {
     let folder = Folder::new("fallback");
-    let mut command = without_gmsh(dovetail("mesh", &folder, &[]));
+    let mut command = hide_gmsh(dovetail("mesh", &folder, &[]));
     let output = ended(command.arg("--quiet"), 0);
     has(&said(&output), "gmsh is not installed & dovetail.msh");
     let mesh = &summary(&folder)["mesh"];
@@ -378,13 +378,13 @@ fn the_environment_names_another_gmsh() {
     let mut command = dovetail("mesh", &folder, &["mesh.parameters.nu=5"]);
     command.env("DOVETAIL_GMSH", "/nowhere/mesher");
     let said = said(&ended(command, 1));
-    has(&in_one_line(&said), "`/nowhere/mesher` is not installed");
+    has(&unwrapped(&said), "`/nowhere/mesher` is not installed");
 }
 
 #[test]
 fn without_gmsh_other_parameters_are_an_error() {
     let folder = Folder::new("no-fallback");
-    let command = without_gmsh(dovetail("mesh", &folder, &["mesh.parameters.nu=5"]));
+    let command = hide_gmsh(dovetail("mesh", &folder, &["mesh.parameters.nu=5"]));
     has(&said(&ended(command, 1)), "gmsh");
     let summary = summary(&folder);
     assert_eq!(summary["state"], "failed");
@@ -413,7 +413,7 @@ fn every_scene_is_sound() {
         let scenes = scenes(folder_of_scenes);
         assert!(scenes.len() >= least, "{scenes:?}");
         for scene in scenes {
-            ended(on_scene("check", scene, &folder, &[]), 0);
+            ended(scene_command("check", scene, &folder, &[]), 0);
         }
     }
 }
@@ -478,7 +478,7 @@ fn every_scene_runs() {
             // The sizes of the airfoil: the joint stays as it is.
             coarse.extend(["mesh.parameters.lc_air=6", "mesh.parameters.lc_edge=4"]);
         }
-        ended(on_scene("run", &scene, &folder, &coarse), 0);
+        ended(scene_command("run", &scene, &folder, &coarse), 0);
         let types = summary(&folder)["mesh"]["element_types"].clone();
         let linear = ["tet4", "pyramid5", "wedge6", "hex8"];
         let mut types = types.as_object().unwrap().keys();
@@ -498,7 +498,7 @@ fn processor_seconds_are_those_of_the_program_alone() {
     let out = Folder::new("processor");
     let burn = "i=0; while [ $i -lt 1000000 ]; do i=$((i+1)); done";
     let script = format!("sh -c '{burn}'; {burn}; cat /proc/$$/stat > \"$0\"; exec \"$@\"");
-    let run = on_scene("static", "scenes/verification/jenkins.toml", &out, &[]);
+    let run = scene_command("static", "scenes/verification/jenkins.toml", &out, &[]);
     let mut command = Command::new("sh");
     command.current_dir(root()).args(["-c", &script]);
     command.arg(out.join("stat")).arg(run.get_program());

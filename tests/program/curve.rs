@@ -5,7 +5,7 @@ use std::path::Path;
 use std::process::Command;
 
 use crate::shared_folder::Folder;
-use crate::shared_program::{ended, has, on_scene, printed, told};
+use crate::shared_program::{ended, has, printed, scene_command, told};
 use crate::shared_runs::{number, numbers, rows, summary};
 
 /// Frequency at which pairs stick, slip and open as the force grows, Hz.
@@ -20,7 +20,7 @@ fn dovetail(command: &str, out: &Path, rest: &[&str]) -> Command {
         "response.frequency_hz=[693.2, 693.2001]",
         "response.samples=64",
     ];
-    let mut command = on_scene(command, "benches/peers/scene.toml", out, &set);
+    let mut command = scene_command(command, "benches/peers/scene.toml", out, &set);
     command.args(rest);
     command
 }
@@ -87,7 +87,7 @@ fn over_the_speed_the_motions_are_those_of_runs() {
             "response.compare_harmonics=",
             "excitation.*.force_n=5",
         ];
-        let mut command = on_scene(command, "scenes/paper.toml", out, &set);
+        let mut command = scene_command(command, "scenes/paper.toml", out, &set);
         command.args(rest);
         command
     };
@@ -117,7 +117,7 @@ fn a_scene_without_a_contact_that_slips_has_no_curve() {
         "mesh.file=../meshes/dovetail_small.msh",
         "contact.*.law=bonded",
     ];
-    let mut command = on_scene("curve", "scenes/paper.toml", &out, &set);
+    let mut command = scene_command("curve", "scenes/paper.toml", &out, &set);
     command.args(["--over", "excitation.*.force_n=1:2", "--frequency", "430"]);
     has(&told(command, 2), "all contacts are bonded");
 }

@@ -1,7 +1,7 @@
 //! Dashpots and damping ratios of modes from the scene to the response: the small joint of the paper
 //! with its contacts bonded, whose first peak is that of one mode.
 
-use crate::shared_program::{in_one_line, on_scene, said, told};
+use crate::shared_program::{said, scene_command, told, unwrapped};
 use crate::shared_runs::Run;
 use dovetail_testkit::folder::{Folder, root};
 use std::f64::consts::TAU;
@@ -26,7 +26,7 @@ fn peak(added: &str, set: &[&str]) -> [f64; 2] {
         "response.times_first_linear_mode=[0.99, 1.01]",
         "response.points=3",
     ];
-    let run = Run::of_file("run", &scene, "dashpots", &[&all[..], set].concat());
+    let run = Run::run_file("run", &scene, "dashpots", &[&all[..], set].concat());
     let response = &run.summary()["response"];
     ["linear_peak_frequency_hz", "linear_peak_amplitude_m"]
         .map(|key| response[key].as_f64().unwrap())
@@ -72,10 +72,10 @@ fn dashpots_and_ratios_that_cannot_be_are_refused() {
         let mesh = root().join("meshes/dovetail_small.msh");
         let mesh = format!("mesh.file={}", mesh.display());
         let set = [&[mesh.as_str()], set].concat();
-        let output = on_scene("run", &scene, &folder.join("out"), &set)
+        let output = scene_command("run", &scene, &folder.join("out"), &set)
             .output()
             .unwrap();
-        let said = in_one_line(&said(&output));
+        let said = unwrapped(&said(&output));
         assert!(!output.status.success());
         for word in words {
             assert!(said.contains(word), "{word}: {said}");
@@ -99,6 +99,6 @@ fn dashpots_and_ratios_that_cannot_be_are_refused() {
     refused("", &[&many], &["has 200 values", "only 12 stuck modes"]);
     let set = ["damping.modal_ratios=[0.1]"];
     let scene = "scenes/verification/den_hartog.toml";
-    let said = told(on_scene("run", scene, &folder.join("other"), &set), 2);
+    let said = told(scene_command("run", scene, &folder.join("other"), &set), 2);
     assert!(said.contains("has 0 stuck modes"), "{said}");
 }

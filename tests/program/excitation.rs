@@ -5,7 +5,7 @@ use std::path::Path;
 
 use crate::shared_bodies::ready;
 use crate::shared_folder::Folder;
-use crate::shared_program::{SMALL, has, on_scene, told};
+use crate::shared_program::{SMALL, has, scene_command, told};
 use crate::shared_runs::{numbers, summary};
 use dovetail_mesh::facet;
 use dovetail_mesh::surface_field::SurfaceField;
@@ -15,7 +15,7 @@ use dovetail_testkit::folder::root;
 fn run(name: &str, set: &[&str]) -> (Folder, String) {
     let folder = Folder::new(name);
     let set = [&[SMALL, "response.points=5"], set].concat();
-    let mut program = on_scene("run", "scenes/pressure.toml", &folder, &set);
+    let mut program = scene_command("run", "scenes/pressure.toml", &folder, &set);
     let said = told(program.arg("--no-fields"), 0);
     (folder, said)
 }
@@ -35,7 +35,7 @@ fn integral_n() -> [[f64; 3]; 2] {
     let mesh = ready("dovetail.msh");
     let mut sum = [[0.0; 3]; 2];
     for &f in &mesh.groups["blade_pressure_side"].elements {
-        let nodes = mesh.facets.of(f as usize).iter();
+        let nodes = mesh.facets.element_nodes(f as usize).iter();
         let coords: Vec<[f64; 3]> = nodes.map(|&n| mesh.nodes_m[n as usize]).collect();
         for (point, weight) in facet::points(&coords) {
             let [x, _, z] = point.position_m;

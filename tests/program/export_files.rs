@@ -11,9 +11,9 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use dovetail_export::curves::Sweep;
-use dovetail_export::fields::{Field, Separation, at_peak, at_rest};
+use dovetail_export::fields::{Field, Separation, peak_fields, static_state_fields};
 use dovetail_export::manifest::{self, MeshOrigin, SceneSummary, StageSummary, Summary};
-use dovetail_export::plots::{self, Heading, Scale};
+use dovetail_export::plots::{self, PictureHeading, Scale};
 use dovetail_export::words::figure;
 use dovetail_export::{ExportError, csv, flank, vtu, write_json};
 use dovetail_mesh::ElementOrder;
@@ -21,7 +21,7 @@ use dovetail_numerics::space::{cross, norm, sub};
 use dovetail_solver::dlft::{Outcome, PairStatus, Response};
 use dovetail_solver::fem::mass_properties::MassProperties;
 use dovetail_solver::model::{BodyPrestress, Observation, Rotation};
-use dovetail_solver::reduced::Quantity;
+use dovetail_solver::reduced::ObservedQuantity;
 use dovetail_solver::results::fretting::fretting;
 use dovetail_solver::results::modes::{ModeKind, ModeShape};
 use dovetail_solver::results::pairs::PairTable;
@@ -36,7 +36,7 @@ use vtkio::model::{Attribute, DataSet, Piece, UnstructuredGridPiece, Vtk};
 const FRAMES: usize = 6;
 
 fn pairs(run: &Run) -> PairTable {
-    PairTable::of_model(&run.model)
+    PairTable::from_model(&run.model)
 }
 
 fn all_observed(run: &Run) -> Vec<Observed> {
@@ -51,7 +51,7 @@ fn all_observed(run: &Run) -> Vec<Observed> {
 fn tip() -> Observed {
     Observed {
         name: "tip".into(),
-        quantity: Quantity::Displacement,
+        quantity: ObservedQuantity::Displacement,
     }
 }
 
@@ -123,7 +123,7 @@ fn write_flanks(out: &Path, run: &Run) -> Vec<String> {
     there.chain([collection]).collect()
 }
 
-const HEADING: Heading<'_> = Heading {
+const HEADING: PictureHeading<'_> = PictureHeading {
     title: "Tip",
     conditions: "1 N, 5000 rpm, friction 0.3",
 };
@@ -190,10 +190,10 @@ fn write_all(name: &str, run: &Run) -> PathBuf {
     plot("response.svg", Scale::Linear, &curves);
     plot("response_log.svg", Scale::Logarithmic, &curves);
     plot("phase.svg", Scale::Linear, &sweep(response).phase("tip", 0));
-    let separation = Separation::of(response, model.pairs.len());
+    let separation = Separation::new(response, model.pairs.len());
     plots::write_separation_map(&out.join("separation.svg"), model, "1 N", &separation).unwrap();
-    let [energy, slid, ..] = at_peak(orbit, &model.pairs);
-    let [pressure, _] = at_rest(&run.static_state, &model.pairs).unwrap();
+    let [energy, slid, ..] = peak_fields(orbit, &model.pairs);
+    let [pressure, _] = static_state_fields(&run.static_state, &model.pairs).unwrap();
     for (file, field) in [
         ("energy.svg", energy),
         ("slip.svg", slid),
@@ -469,7 +469,7 @@ fn the_bodies_are_a_mesh_again() {
                 assert!(
                     content
                         .elements
-                        .of(*element as usize)
+                        .element_nodes(*element as usize)
                         .iter()
                         .copied()
                         .eq(shifted)
@@ -770,7 +770,7 @@ fn flanks_are_drawn_in_one_sense_to_one_scale_with_named_edges() {
     ] {
         run.model.rotation = rotation;
         let path = out.join("pressure.svg");
-        let [pressure, _] = at_rest(&run.static_state, &run.model.pairs).unwrap();
+        let [pressure, _] = static_state_fields(&run.static_state, &run.model.pairs).unwrap();
         plots::write_field_map(&path, &run.model, HEADING, &pressure).unwrap();
         let svg = fs::read_to_string(&path).unwrap();
         for edge in sides.iter().chain(&edges) {
@@ -991,7 +991,7 @@ fn the_vtk_check_notices_what_is_wrong() {
         &|o| {
             let script = "import sys, pyvista\n\
                           pyvista.read(sys.argv[1]).save(sys.argv[1], compression='lz4')";
-            by_python(script, &[o.join("static.vtu")]);
+            run_python(script, &[o.join("static.vtu")]);
         },
         "meshio cannot read",
     );
@@ -1026,7 +1026,7 @@ fn vtk_knows_the_elements_of_all_shapes() {
         vtu::write_static(&path, &run.model, &fields).unwrap();
         path
     });
-    let said = by_python(ELEMENTS_OF_EACH, &files);
+    let said = run_python(ELEMENTS_OF_EACH, &files);
     let lines: Vec<&str> = said.lines().collect();
     assert_eq!(lines.len(), files.len(), "{said}");
     for line in lines {
@@ -1075,7 +1075,7 @@ for folder in sys.argv[1:]:
 /// Checks folders by scripts/check_output.py: whether all agrees, and what is said of it. One
 /// process checks them all, for its imports take longer than a check.
 fn check_output(folders: &[PathBuf]) -> Vec<(bool, String)> {
-    let said = by_python(CHECK_OF_EACH, folders);
+    let said = run_python(CHECK_OF_EACH, folders);
     let parts: Vec<&str> = said.split('\x1e').collect();
     let checked: Vec<(bool, String)> = parts
         .chunks_exact(2)
@@ -1087,7 +1087,7 @@ fn check_output(folders: &[PathBuf]) -> Vec<(bool, String)> {
 
 /// Runs this code by an interpreter of Python that can import what scripts/check_output.py imports,
 /// and returns what it prints. It has to end without an error.
-fn by_python(code: &str, files: &[PathBuf]) -> String {
+fn run_python(code: &str, files: &[PathBuf]) -> String {
     let python = std::env::var_os("DOVETAIL_PYTHON")
         .map_or_else(|| root().join("target/venv/bin/python"), PathBuf::from);
     let done = Command::new(&python)

@@ -2,7 +2,7 @@
 //! can be: crates/solver/tests/library/extremes.rs.
 
 use crate::shared_folder::Folder;
-use crate::shared_program::{cases, has, on_scene, told};
+use crate::shared_program::{cases, has, scene_command, told};
 use dovetail_testkit::folder::root;
 
 #[test]
@@ -20,7 +20,10 @@ fn what_cannot_be_computed_says_why_and_what_to_do() {
         response.harmonics=0 => response.harmonics & dovetail static
         ";
     for [set, words] in cases(table) {
-        let told = told(on_scene("run", &scene, &folder.join("out"), &[&set]), 2);
+        let told = told(
+            scene_command("run", &scene, &folder.join("out"), &[&set]),
+            2,
+        );
         has(&told, &words);
     }
 }

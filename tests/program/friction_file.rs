@@ -1,7 +1,7 @@
 //! Coefficients of friction from a file: the small joint of the paper, whose two contacts have one
 //! file in the place of a coefficient each.
 
-use crate::shared_program::{SMALL, in_one_line, on_scene, said};
+use crate::shared_program::{SMALL, said, scene_command, unwrapped};
 use crate::shared_runs::{Run, numbers};
 use dovetail_testkit::folder::Folder;
 use std::fmt::Write as _;
@@ -79,9 +79,9 @@ fn files_that_cannot_be_used_are_refused() {
         let own = from_file(&file);
         let own: Vec<&str> = own.iter().map(String::as_str).collect();
         let set = [&RESPONSE[..], &own, set].concat();
-        let output = on_scene("run", "scenes/paper.toml", &folder.join("out"), &set);
+        let output = scene_command("run", "scenes/paper.toml", &folder.join("out"), &set);
         let output = { output }.output().unwrap();
-        let said = in_one_line(&said(&output));
+        let said = unwrapped(&said(&output));
         assert!(!output.status.success());
         for word in words {
             assert!(said.contains(word), "{word}: {said}");

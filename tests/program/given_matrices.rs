@@ -19,11 +19,11 @@ use nalgebra_sparse::{CooMatrix, CscMatrix};
 
 use crate::shared_decks::{column, steel};
 use crate::shared_folder::Folder;
-use crate::shared_program::{cases, has, on_scene, said_in_one_line, told};
+use crate::shared_program::{cases, has, said_in_one_line, scene_command, told};
 use crate::shared_runs::{Row, number, rows, summary};
 
 /// The joint of two decks at rest: a force pulls the blade outwards.
-fn at_rest(sources: [&str; 2]) -> String {
+fn resting_scene(sources: [&str; 2]) -> String {
     let text = std::fs::read_to_string(root().join("scenes/decks/two_decks.toml")).unwrap();
     let begin = text.find("[rotation]").unwrap();
     let end = text.find("[[contact]]").unwrap();
@@ -42,7 +42,12 @@ fn at_rest(sources: [&str; 2]) -> String {
 }
 
 /// Body of a deck as its elements make it, with its stiffness and mass in SI units.
-fn of_deck(deck: &str, volume: &str, fixed: &[&str], units: Units) -> (Body, [CscMatrix<f64>; 2]) {
+fn deck_body(
+    deck: &str,
+    volume: &str,
+    fixed: &[&str],
+    units: Units,
+) -> (Body, [CscMatrix<f64>; 2]) {
     let mesh = mesh_files::read(&root().join("meshes/decks").join(deck), units).unwrap();
     let assembly = Assembly {
         bodies: vec![BodySpec {
@@ -73,7 +78,7 @@ fn surfaces_of(deck: &str, units: Units) -> String {
         if group.dimension == 2 {
             writeln!(rest, "*ELEMENT, TYPE=SFM3D8, ELSET={name}").unwrap();
             for &f in &group.elements {
-                let nodes = mesh.facets.of(f as usize);
+                let nodes = mesh.facets.element_nodes(f as usize);
                 let tags = nodes
                     .iter()
                     .map(|&n| mesh.node_tags[n as usize].to_string());
@@ -128,9 +133,9 @@ const BLADE: &str =
 
 /// Folder with the files of the matrices of both decks: those of the blade in millimetres and
 /// tonnes with a table of its rows, those of the jaw without the rows of its support.
-fn with_matrices() -> Folder {
+fn matrices_folder() -> Folder {
     let folder = Folder::new("given_matrices");
-    let (body, mut matrices) = of_deck("blade.inp", "Blade-1", &[], Units::MillimetreTonneSecond);
+    let (body, mut matrices) = deck_body("blade.inp", "Blade-1", &[], Units::MillimetreTonneSecond);
     for (matrix, file) in matrices.iter_mut().zip(["blade_k.mtx", "blade_m.mtx"]) {
         matrix.values_mut().iter_mut().for_each(|v| *v /= 1e3);
         folder.write(file, write_matrix_market(matrix));
@@ -142,14 +147,14 @@ fn with_matrices() -> Folder {
         }
     }
     folder.write("rows.csv", table);
-    let (body, matrices) = of_deck("disc.inp", "Sector", &["Base"], Units::MetreKilogramSecond);
+    let (body, matrices) = deck_body("disc.inp", "Sector", &["Base"], Units::MetreKilogramSecond);
     write_calculix(&folder, &body, &matrices);
-    let matrices = at_rest([BLADE, JAW]).replace("fixed = [\"Base\"]\n", "");
+    let matrices = resting_scene([BLADE, JAW]).replace("fixed = [\"Base\"]\n", "");
     folder.write("matrices.toml", matrices);
     let two = "%%MatrixMarket matrix array real general\n2 1\n1.0\n2.0\n";
     folder.write("load.mtx", two);
-    folder.write("elements.toml", at_rest(["", ""]));
-    folder.write("mixed.toml", at_rest([BLADE, ""]));
+    folder.write("elements.toml", resting_scene(["", ""]));
+    folder.write("mixed.toml", resting_scene([BLADE, ""]));
     let mut surfaces = std::fs::read_to_string(folder.join("matrices.toml")).unwrap();
     let both = [
         ("blade.inp", "Blade-1", Units::MillimetreTonneSecond),
@@ -168,12 +173,12 @@ fn with_matrices() -> Folder {
 /// The jaw is turned by its scene, and a middle node of the flank follows its corners.
 #[test]
 fn a_scene_with_matrices_has_the_answers_of_its_elements() {
-    let folder = with_matrices();
+    let folder = matrices_folder();
     let run = |scene: &str| {
         let out = folder.join(scene);
         let file = folder.join(format!("{scene}.toml"));
-        let said = told(on_scene("static", &file, &out, &[]), 0);
-        told(on_scene("modes", &file, &out, &[]), 0);
+        let said = told(scene_command("static", &file, &out, &[]), 0);
+        told(scene_command("modes", &file, &out, &[]), 0);
         (
             said,
             ["static.csv", "modes.csv"].map(|file| rows(&out.join(file))),
@@ -216,7 +221,7 @@ fn a_scene_with_matrices_has_the_answers_of_its_elements() {
 }
 
 /// Base and column with a contact between them. The column has these keys.
-fn on_base(of_column: &str) -> String {
+fn base_and_column(of_column: &str) -> String {
     format!(
         r#"
         name = "column"
@@ -340,15 +345,15 @@ fn a_superelement_with_modes_has_the_answers_of_fixed_interface_modes() {
     ]
     .map(|(name, keys)| {
         let (scene, out) = (
-            folder.write(&format!("{name}.toml"), on_base(keys)),
+            folder.write(&format!("{name}.toml"), base_and_column(keys)),
             folder.join(format!("out-{name}")),
         );
-        told(on_scene("modes", &scene, &out, &[]), 0);
+        told(scene_command("modes", &scene, &out, &[]), 0);
         let modes = rows(&out.join("modes.csv"));
         let stuck = modes.iter().filter(|row| row["kind"] == "stuck").take(10);
         let mut numbers: Vec<f64> = stuck.map(|row| number(row, "frequency_hz")).collect();
         assert_eq!(numbers.len(), 10);
-        told(on_scene("run", &scene, &out, &[]), 0);
+        told(scene_command("run", &scene, &out, &[]), 0);
         let summary = summary(&out);
         for key in ["peak_amplitude_m", "linear_peak_amplitude_m"] {
             numbers.push(summary["response"][key].as_f64().unwrap());
@@ -365,7 +370,7 @@ fn a_superelement_with_modes_has_the_answers_of_fixed_interface_modes() {
 
 #[test]
 fn keys_of_matrices_that_do_not_fit_are_refused() {
-    let folder = with_matrices();
+    let folder = matrices_folder();
     let table = "
         body.blade.young_pa=1e11 => `body.blade.stiffness_file` and `body.blade.young_pa` exclude
         body.blade.material=Steel => `body.blade.stiffness_file` and `body.blade.material` exclude
@@ -383,12 +388,15 @@ fn keys_of_matrices_that_do_not_fit_are_refused() {
         ";
     for [set, words] in cases(table) {
         let file = folder.join("matrices.toml");
-        let said = told(on_scene("mesh", &file, &folder.join("out"), &[&set]), 2);
+        let said = told(
+            scene_command("mesh", &file, &folder.join("out"), &[&set]),
+            2,
+        );
         has(&said, &words);
     }
     let set = ["body.blade.units=", "body.blade.metres_per_unit=1e-3"];
     let file = folder.join("matrices.toml");
-    let said = told(on_scene("mesh", file, &folder.join("out"), &set), 2);
+    let said = told(scene_command("mesh", file, &folder.join("out"), &set), 2);
     has(
         &said,
         "`body.blade.stiffness_file` is given without `body.blade.units` & m-kg-s",
@@ -424,7 +432,7 @@ fn chain() -> [Vec<(usize, usize, f64)>; 2] {
 }
 
 /// Folder with a scene of the chain, whose entries `change` may change.
-fn with_chain(name: &str, change: impl Fn(&mut [Vec<(usize, usize, f64)>; 2])) -> Folder {
+fn chain_folder(name: &str, change: impl Fn(&mut [Vec<(usize, usize, f64)>; 2])) -> Folder {
     let folder = Folder::new(name);
     let mut both = chain();
     change(&mut both);
@@ -479,9 +487,9 @@ fn with_chain(name: &str, change: impl Fn(&mut [Vec<(usize, usize, f64)>; 2])) -
 /// The frequencies come from `scipy.linalg.eigh` for the rows with entries, with node 1 held.
 #[test]
 fn rows_with_neither_stiffness_nor_mass_are_left_out() {
-    let folder = with_chain("given_matrices_empty_rows", |_| {});
+    let folder = chain_folder("given_matrices_empty_rows", |_| {});
     let scene = folder.join("scene.toml");
-    let run = on_scene("modes", &scene, &folder.join("out"), &[]);
+    let run = scene_command("modes", &scene, &folder.join("out"), &[]);
     let words = "18 displacements & 18 rows have neither stiffness nor mass and are left out";
     has(&told(run, 0), words);
     let modes = rows(&folder.join("out/modes.csv"));
@@ -496,7 +504,7 @@ fn rows_with_neither_stiffness_nor_mass_are_left_out() {
         let values = (0..ROWS).map(|i| if i == row { "1.0\n" } else { "0.0\n" });
         let head = format!("%%MatrixMarket matrix array real general\n{ROWS} 1\n");
         folder.write("load.mtx", head + &values.collect::<String>());
-        on_scene(
+        scene_command(
             "static",
             &scene,
             &folder.join("out"),
@@ -513,7 +521,7 @@ fn rows_with_neither_stiffness_nor_mass_are_left_out() {
 /// k2 / (k1 + k2) of a force on to node 5, which has the spring k1 k2 / (k1 + k2) to ground.
 #[test]
 fn empty_rows_on_which_springs_act_are_kept() {
-    let folder = with_chain("given_matrices_sprung", |both| {
+    let folder = chain_folder("given_matrices_sprung", |both| {
         // The entries of the last link.
         both.iter_mut().for_each(|all| all.truncate(all.len() - 12));
     });
@@ -539,12 +547,12 @@ fn empty_rows_on_which_springs_act_are_kept() {
     let answers = |name: &str, text: String, words: &str| {
         let scene = folder.write(&format!("{name}.toml"), text);
         let out = folder.join(name);
-        has(&told(on_scene("modes", &scene, &out, &[]), 0), words);
+        has(&told(scene_command("modes", &scene, &out, &[]), 0), words);
         let modes = rows(&out.join("modes.csv"));
         let modes = modes.iter().map(|row| number(row, "frequency_hz"));
         let mut numbers: Vec<f64> = modes.collect();
         assert_eq!(numbers.len(), 18);
-        told(on_scene("run", &scene, &out, &[]), 0);
+        told(scene_command("run", &scene, &out, &[]), 0);
         let peak = &summary(&out)["response"]["peak_amplitude_m"];
         numbers.push(peak.as_f64().unwrap());
         numbers
@@ -565,7 +573,7 @@ fn empty_rows_on_which_springs_act_are_kept() {
         let head = format!("%%MatrixMarket matrix array real general\n{ROWS} 1\n");
         folder.write("load.mtx", head + &values.collect::<String>());
         let (scene, out) = (folder.join("sprung.toml"), folder.join("out"));
-        on_scene("static", scene, &out, &["body.chain.load_file=load.mtx"])
+        scene_command("static", scene, &out, &["body.chain.load_file=load.mtx"])
     };
     told(load(30), 0);
     let words = "body `chain`: value 32 of its steady load & no spring of the scene acts on it";
@@ -599,15 +607,15 @@ fn indefinite_matrices_are_named() {
         ),
     ];
     for (name, what, entries, words) in table {
-        let folder = with_chain(&format!("given_matrices_{name}"), add(what, entries));
-        let run = on_scene("modes", folder.join("scene.toml"), &folder.join("out"), &[]);
+        let folder = chain_folder(&format!("given_matrices_{name}"), add(what, entries));
+        let run = scene_command("modes", folder.join("scene.toml"), &folder.join("out"), &[]);
         has(&told(run, 2), words);
     }
     // A spring of negative stiffness that two others hold: every pair of rows is possible.
     let by = 103.25;
     let softer = [(14, 14, -by), (14, 20, by), (20, 14, by), (20, 20, -by)];
-    let folder = with_chain("given_matrices_softer", |both| both[0].extend(softer));
-    let run = on_scene("modes", folder.join("scene.toml"), &folder.join("out"), &[]);
+    let folder = chain_folder("given_matrices_softer", |both| both[0].extend(softer));
+    let run = scene_command("modes", folder.join("scene.toml"), &folder.join("out"), &[]);
     let said = run_to_its_end(run);
     has(
         &said,

@@ -9,8 +9,8 @@ use std::time::{Duration, Instant};
 use dovetail_export::manifest::RunState;
 use serde_json::Value;
 
-use crate::shared_folder::{Folder, files_below, without_sections};
-use crate::shared_program::{SMALL, ended, has, on_scene, said_in_one_line, told};
+use crate::shared_folder::{Folder, drop_sections, files_below};
+use crate::shared_program::{SMALL, ended, has, said_in_one_line, scene_command, told};
 use crate::shared_runs::{manifest, numbers};
 
 /// A frequency takes about 10 kB of the journal, and 5 kB in the second response. Stretches of 20
@@ -21,13 +21,13 @@ const POINTS: usize = 100;
 /// retained, frequencies that fail and are tried again, and a second response.
 fn command(out: &Path, words: &[&str]) -> Command {
     let points = format!("response.points={POINTS}");
-    let mut program = on_scene("run", "scenes/paper.toml", out, &[SMALL, &points]);
+    let mut program = scene_command("run", "scenes/paper.toml", out, &[SMALL, &points]);
     program.args(words);
     program
 }
 
 /// Run under way, once its journal has this many bytes.
-fn under_way(out: &Path, words: &[&str], bytes: u64) -> Child {
+fn start_run(out: &Path, words: &[&str], bytes: u64) -> Child {
     started(command(out, words), &out.join("response.journal"), bytes)
 }
 
@@ -55,7 +55,7 @@ fn send(signal: &str, child: &Child) {
 
 /// A command by another program: a copy whose file has one byte more, in `folder`. Another process
 /// writes it, since a file that is open for writing is not started.
-fn by_another_program(command: &Command, folder: &Path) -> Command {
+fn other_program_command(command: &Command, folder: &Path) -> Command {
     let other = folder.join("dovetail");
     let mut copy = Command::new("sh");
     copy.args(["-c", "cp \"$0\" \"$1\" && printf x >> \"$1\""]);
@@ -80,10 +80,10 @@ fn contents(out: &Path) -> BTreeMap<String, Vec<u8>> {
     let mut found = BTreeMap::new();
     for path in files_below(out) {
         let name = path.strip_prefix(out).unwrap().display().to_string();
-        let mut bytes = without_sections(std::fs::read(&path).unwrap(), &["effort"]);
+        let mut bytes = drop_sections(std::fs::read(&path).unwrap(), &["effort"]);
         if name == "summary.json" {
             let mut summary: Value = serde_json::from_slice(&bytes).unwrap();
-            without_times(&mut summary);
+            drop_times(&mut summary);
             bytes = serde_json::to_vec_pretty(&summary).unwrap();
         }
         found.insert(name, bytes);
@@ -91,15 +91,15 @@ fn contents(out: &Path) -> BTreeMap<String, Vec<u8>> {
     found
 }
 
-fn without_times(value: &mut Value) {
+fn drop_times(value: &mut Value) {
     match value {
         Value::Object(entries) => {
             for time in ["begun", "seconds", "processor_seconds", "peak_memory_mib"] {
                 entries.remove(time);
             }
-            entries.values_mut().for_each(without_times);
+            entries.values_mut().for_each(drop_times);
         }
-        Value::Array(entries) => entries.iter_mut().for_each(without_times),
+        Value::Array(entries) => entries.iter_mut().for_each(drop_times),
         _ => {}
     }
 }
@@ -127,12 +127,12 @@ fn a_run_that_was_broken_off_goes_on_to_the_bytes_of_an_unbroken_one() {
     let whole = contents(&whole);
     assert!(!whole.contains_key("response.journal"));
     let out = Folder::new("killed");
-    let mut killed = under_way(&out, &[], 450_000);
+    let mut killed = start_run(&out, &[], 450_000);
     send("-KILL", &killed);
     killed.wait().unwrap();
     assert_eq!(manifest(&out).state, RunState::Running);
     // Killed once more, further on: in the response that the first is compared with.
-    let mut interrupted = under_way(&out, &["--resume"], 1_250_000);
+    let mut interrupted = start_run(&out, &["--resume"], 1_250_000);
     send("-INT", &interrupted);
     assert_eq!(interrupted.wait().unwrap().code(), Some(130));
     let broken = manifest(&out);
@@ -157,7 +157,7 @@ fn a_run_with_the_prestress_of_its_static_state_goes_on_to_the_same_bytes() {
             "response.samples=32",
             "response.harmonics=3",
         ];
-        let mut program = on_scene("run", "scenes/verification/column.toml", out, &set);
+        let mut program = scene_command("run", "scenes/verification/column.toml", out, &set);
         program.args(words);
         program
     };
@@ -188,7 +188,7 @@ fn a_search_for_peaks_goes_on_to_the_table_of_an_unbroken_one() {
             "response.harmonics=1",
             "response.times_first_linear_mode=[0.96, 1.01]",
         ];
-        let mut program = on_scene("peaks", "benches/peers/scene.toml", out, &set);
+        let mut program = scene_command("peaks", "benches/peers/scene.toml", out, &set);
         program.args(["--over", "reduced_model.force_n=0.3:1:12"]);
         program.args(words);
         program
@@ -219,7 +219,7 @@ fn a_search_for_peaks_goes_on_to_the_table_of_an_unbroken_one() {
 fn a_curve_over_a_key_goes_on_to_the_table_of_an_unbroken_one() {
     let curve = |out: &Path, words: &[&str]| {
         let set = ["response.harmonics=1"];
-        let mut program = on_scene("curve", "benches/peers/scene.toml", out, &set);
+        let mut program = scene_command("curve", "benches/peers/scene.toml", out, &set);
         program.args(["--over", "reduced_model.force_n=0.1:3:60"]);
         program.args(["--frequency", "450.2"]);
         program.args(words);
@@ -274,7 +274,7 @@ fn wear_goes_on_to_the_bytes_of_an_unbroken_one() {
             "response.harmonics=1",
             "contact.*.wear_m2_n=1e-14",
         ];
-        let mut program = on_scene("wear", "scenes/paper.toml", out, &set);
+        let mut program = scene_command("wear", "scenes/paper.toml", out, &set);
         program.args(["--cycles", "1e6", "--tolerance", "0.02"]);
         program.args(words);
         program
@@ -316,7 +316,7 @@ fn a_run_up_goes_on_to_the_bytes_of_an_unbroken_one() {
             "response.compare_harmonics=",
             "response.points=10",
         ];
-        let mut program = on_scene("run", "scenes/paper.toml", out, &set);
+        let mut program = scene_command("run", "scenes/paper.toml", out, &set);
         program.args(words);
         program
     };
@@ -348,7 +348,7 @@ fn a_run_up_goes_on_to_the_bytes_of_an_unbroken_one() {
 #[test]
 fn ctrl_c_leaves_what_is_solved_and_says_how_to_go_on() {
     let out = Folder::new("interrupted");
-    let child = under_way(&out, &[], 300_000);
+    let child = start_run(&out, &[], 300_000);
     send("-INT", &child);
     let output = child.wait_with_output().unwrap();
     assert_eq!(output.status.code(), Some(130));
@@ -376,7 +376,7 @@ fn ctrl_c_leaves_what_is_solved_and_says_how_to_go_on() {
     assert_same(&contents(&out), &before);
     let program = Folder::new("other-program");
     let refused = told(
-        by_another_program(&command(&out, &["--resume"]), &program),
+        other_program_command(&command(&out, &["--resume"]), &program),
         2,
     );
     has(&refused, "computed from other inputs");
@@ -386,11 +386,11 @@ fn ctrl_c_leaves_what_is_solved_and_says_how_to_go_on() {
     let journal = out.join("response.journal");
     std::fs::copy(&journal, copied.join("response.journal")).unwrap();
     let resumed = command(&copied, &["--resume"]);
-    let refused = told(by_another_program(&resumed, &program), 2);
+    let refused = told(other_program_command(&resumed, &program), 2);
     has(&refused, "computed from other inputs");
     let kept = std::fs::metadata(&journal).unwrap().len();
     assert!(kept >= 300_000);
-    let child = under_way(&out, &["--resume"], kept + 100_000);
+    let child = start_run(&out, &["--resume"], kept + 100_000);
     send("-TERM", &child);
     let output = child.wait_with_output().unwrap();
     assert_eq!(output.status.code(), Some(130));
@@ -404,7 +404,7 @@ fn ctrl_c_counts_the_points_of_a_curve_that_is_followed() {
     let out = Folder::new("interrupted-curve");
     let follow = |words: &[&str]| {
         let set = [SMALL, "response.harmonics=1"];
-        let mut run = on_scene("run", "scenes/paper.toml", &out, &set);
+        let mut run = scene_command("run", "scenes/paper.toml", &out, &set);
         run.args(words);
         run
     };
@@ -438,7 +438,7 @@ fn ctrl_c_counts_the_points_of_a_curve_that_is_followed() {
 fn of_an_interrupted_backbone_nothing_is_said_to_be_kept() {
     let out = Folder::new("interrupted-backbone");
     let set = [SMALL, "response.harmonics=3"];
-    let mut backbone = on_scene("backbone", "scenes/paper.toml", &out, &set);
+    let mut backbone = scene_command("backbone", "scenes/paper.toml", &out, &set);
     backbone.args(["--amplitude", "1e-7:1e-4"]);
     let child = started(backbone, &out.join("summary.json"), 1);
     send("-INT", &child);
@@ -459,9 +459,9 @@ fn of_an_interrupted_backbone_nothing_is_said_to_be_kept() {
 fn a_folder_in_which_a_run_is_going_on_is_not_taken() {
     let out = Folder::new("busy");
     // Each refusal waits a second for the lock: the run has to take longer than all of them.
-    let mut child = under_way(&out, &["--set", "response.points=2000"], 100_000);
+    let mut child = start_run(&out, &["--set", "response.points=2000"], 100_000);
     let others =
-        ["mesh", "modes", "reduce"].map(|word| on_scene(word, "scenes/paper.toml", &out, &[]));
+        ["mesh", "modes", "reduce"].map(|word| scene_command(word, "scenes/paper.toml", &out, &[]));
     for other in [command(&out, &[])].into_iter().chain(others) {
         has(&told(other, 1), "a run is going on in the folder");
     }
@@ -475,7 +475,7 @@ fn a_folder_in_which_a_run_is_going_on_is_not_taken() {
 #[test]
 fn of_a_run_that_was_killed_the_next_one_leaves_nothing() {
     let out = Folder::new("killed-and-replaced");
-    let mut killed = under_way(&out, &[], 800_000);
+    let mut killed = start_run(&out, &[], 800_000);
     send("-KILL", &killed);
     killed.wait().unwrap();
     let files_of_flanks = std::fs::read_dir(out.join("flank")).unwrap().count();
@@ -500,14 +500,14 @@ fn of_a_run_that_was_killed_the_next_one_leaves_nothing() {
 #[test]
 fn a_run_that_is_broken_off_before_its_first_frequency_leaves_no_journal() {
     let out = Folder::new("early");
-    let child = under_way(&out, &[], 1);
+    let child = start_run(&out, &[], 1);
     send("-INT", &child);
     let output = child.wait_with_output().unwrap();
     assert_eq!(output.status.code(), Some(130));
     assert_eq!(manifest(&out).state, RunState::Interrupted);
     assert!(!out.join("response.journal").exists());
     // There is nothing to go on with: it begins with the first frequency.
-    let mut again = under_way(&out, &["--resume"], 100_000);
+    let mut again = start_run(&out, &["--resume"], 100_000);
     again.kill().unwrap();
     again.wait().unwrap();
 }

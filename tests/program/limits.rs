@@ -2,7 +2,7 @@
 //! they permit runs.
 
 use crate::shared_folder::Folder;
-use crate::shared_program::{SMALL, cases, has, on_scene, program, told};
+use crate::shared_program::{SMALL, cases, has, program, scene_command, told};
 use crate::shared_runs::Run;
 use dovetail_testkit::folder::root;
 
@@ -46,7 +46,7 @@ fn a_slide_that_is_too_far_is_an_error() {
     readme_says(&format!("{message} is an error"));
     let out = Folder::new("limits-slide");
     let set = [SMALL, "rotation.speed_rpm=50000"];
-    let said = told(on_scene("static", "scenes/paper.toml", &out, &set), 1);
+    let said = told(scene_command("static", "scenes/paper.toml", &out, &set), 1);
     has(&said, &message.replace("that slides", "slides"));
 }
 
@@ -79,7 +79,7 @@ fn a_node_is_the_slave_of_one_contact() {
     };
     for (second, code) in [("upper_bottom", 2), ("base", 0)] {
         let scene = folder.write("scene.toml", contacts(second));
-        let mut mesh = on_scene("mesh", scene, &folder.join("out"), &[]);
+        let mut mesh = scene_command("mesh", scene, &folder.join("out"), &[]);
         let said = told(mesh.arg("--force"), code);
         let message = "would follow the opposite flanks of contacts `one` and `other`";
         assert_eq!(said.contains(message), code == 2, "{said}");
@@ -116,7 +116,7 @@ fn a_scene_that_nothing_presses_together_is_warned_of() {
     let folder = Folder::new("limits-pressed");
     let said = |set: &[&str]| {
         let scene = "scenes/paper.toml";
-        told(on_scene("check", scene, &folder.join("out"), set), 0)
+        told(scene_command("check", scene, &folder.join("out"), set), 0)
     };
     let warning = "no steady load presses the contacts together";
     has(&said(&["rotation.speed_rpm=0"]), warning);
@@ -134,7 +134,7 @@ fn a_scene_that_nothing_presses_together_is_warned_of() {
 fn flanks_that_do_not_match_are_told_with_which_follows_which() {
     let folder = Folder::new("limits-follows");
     let damper = "scenes/platform_damper.toml";
-    let said = told(on_scene("mesh", damper, &folder.join("out"), &[]), 0);
+    let said = told(scene_command("mesh", damper, &folder.join("out"), &[]), 0);
     for (wedge, platform) in [
         ("wedge_right", "platform_left"),
         ("wedge_left", "b.platform_right"),
@@ -168,7 +168,7 @@ fn flanks_on_springs_are_taken() {
             }
         }
         let set: Vec<&str> = set.iter().map(String::as_str).collect();
-        let run = Run::without_fields("paper", name, &set);
+        let run = Run::run_without_fields("paper", name, &set);
         let table = run.table("response.csv");
         assert!(table.iter().all(|row| row["outcome"] == "converged"));
         let linear_hz = run.summary()["linear_frequency_hz"].as_f64().unwrap();

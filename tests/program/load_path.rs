@@ -5,7 +5,7 @@ use std::process::Command;
 
 use crate::shared_folder::Folder;
 use crate::shared_program::{
-    READY_PATCH, SMALL, ended, has, on_scene, printed, rendered, said, told,
+    READY_PATCH, SMALL, ended, has, printed, rendered, said, scene_command, told,
 };
 use crate::shared_runs::{numbers, rows};
 use dovetail::scene;
@@ -22,13 +22,13 @@ fn paper(command: &str, out: &Path, set: &[&str]) -> Command {
         "response.harmonics=1",
         "response.samples=64",
     ];
-    on_scene(command, PAPER, out, &[&quick[..], set].concat())
+    scene_command(command, PAPER, out, &[&quick[..], set].concat())
 }
 
 /// Tractions of all pairs, N, in the static state of a scene.
 fn tractions_n(name: &str, scene: &Path, set: &[&str]) -> Vec<f64> {
     let out = Folder::new(name);
-    ended(on_scene("static", scene, &out, set), 0);
+    ended(scene_command("static", scene, &out, set), 0);
     let file = out.join("static.csv");
     ["friction_t1_n", "friction_t2_n"]
         .map(|column| numbers(&file, column))
@@ -73,7 +73,7 @@ fn a_speed_on_the_way_is_the_square_of_it_in_load() {
 
     let folder = Folder::new("path_reduced");
     let set = [SMALL, "response.compare_harmonics="];
-    let output = said(&ended(on_scene("reduce", PAPER, &folder, &set), 0));
+    let output = said(&ended(scene_command("reduce", PAPER, &folder, &set), 0));
     let keys = output.lines().skip_while(|l| *l != "[reduced_model]");
     let is_key = |l: &&str| l.starts_with('[') || l.contains(" = ");
     let keys: Vec<&str> = keys.take_while(is_key).collect();
@@ -282,7 +282,10 @@ fn a_point_that_means_nothing_is_refused_with_a_remedy() {
     let of_folder = |set: &str, words: &str| {
         let out = Folder::new("path_of_jenkins");
         let scene = "scenes/verification/jenkins.toml";
-        has(&told(on_scene("static", scene, &out, &[set]), 2), words);
+        has(
+            &told(scene_command("static", scene, &out, &[set]), 2),
+            words,
+        );
     };
     of_folder(
         speed,

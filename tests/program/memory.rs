@@ -6,7 +6,7 @@ use dovetail_export::manifest::RunState;
 use dovetail_solver::run::Stage;
 
 use crate::shared_folder::Folder;
-use crate::shared_program::{SMALL, ended, has, on_scene, said_in_one_line, told};
+use crate::shared_program::{SMALL, ended, has, said_in_one_line, scene_command, told};
 use crate::shared_runs::manifest;
 
 /// A command with a limit of the shell, such as `-v 1000` for an address space of 1000 KiB.
@@ -28,7 +28,7 @@ fn reduce(out: &Folder, limit_kib: Option<u64>) -> Command {
         "mesh.file=../meshes/dovetail.msh",
         "rotation.prestress=contact",
     ];
-    let mut reduce = on_scene("reduce", "scenes/paper.toml", out, &ready);
+    let mut reduce = scene_command("reduce", "scenes/paper.toml", out, &ready);
     limited(&format!("-v {limit}"), reduce.args(["--threads", "1"]))
 }
 
@@ -72,7 +72,7 @@ fn too_little_memory_is_told_before_factoring() {
 /// Command `dovetail run` for the paper's scene on the small mesh.
 fn small(out: &Folder, words: &[&str]) -> Command {
     let set = [SMALL, "response.points=3", "response.compare_harmonics="];
-    let mut run = on_scene("run", "scenes/paper.toml", out, &set);
+    let mut run = scene_command("run", "scenes/paper.toml", out, &set);
     run.arg("--quiet").args(words);
     run
 }

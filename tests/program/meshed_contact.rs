@@ -6,20 +6,20 @@
 //! derived here from (7.42).
 
 use crate::shared_folder::Folder;
-use crate::shared_program::{READY_PATCH, cases, has, on_patch, said_in_one_line};
+use crate::shared_program::{READY_PATCH, cases, has, patch_command, said_in_one_line};
 use crate::shared_runs::{Row, Run, number, sum};
 use std::f64::consts::PI;
 
 const MM: f64 = 1e-3;
 
 /// Run of a scene on the mesh in the repository, without gmsh.
-fn on_ready_mesh(scene: &str, name: &str) -> Run {
+fn run_on_ready_mesh(scene: &str, name: &str) -> Run {
     let mesh = format!("mesh.file=../../meshes/verification/{scene}.msh");
     Run::new("static", &format!("verification/{scene}"), name, &[&mesh])
 }
 
 /// Run of a scene with `n` elements on the flank, each `growth / n` larger than the one before it.
-fn on_finer_mesh(scene: &str, n: u32, growth: f64) -> Run {
+fn run_on_finer_mesh(scene: &str, n: u32, growth: f64) -> Run {
     let [n, grow] = [
         format!("mesh.parameters.n={n}"),
         format!("mesh.parameters.grow={}", growth / f64::from(n)),
@@ -46,7 +46,7 @@ fn order(coarse: f64, fine: f64, refinement: f64) -> f64 {
 /// Two materials, an uneven mesh of an irregular flank: pressure, slip and displacement are exact.
 #[test]
 fn patch_test_uniform_pressure_across_the_interface() {
-    pressure_is_uniform(&on_ready_mesh("patch", "patch"));
+    pressure_is_uniform(&run_on_ready_mesh("patch", "patch"));
 }
 
 /// Flanks of quadrilaterals and of the triangles of wedges, with mid-edge nodes and without.
@@ -157,7 +157,7 @@ fn is_hertz(label: &str, e: &HertzErrors) {
 
 #[test]
 fn hertz_coarse() {
-    is_hertz("n = 6", &hertz(&on_ready_mesh("hertz", "hertz"), 2.0));
+    is_hertz("n = 6", &hertz(&run_on_ready_mesh("hertz", "hertz"), 2.0));
 }
 
 /// A sphere as above on rigid ground: one body, no friction.
@@ -172,7 +172,7 @@ fn hertz_on_rigid_ground() {
 #[ignore = "slow: make verify"]
 fn hertz_converges() {
     let at = |n: u32| {
-        let e = hertz(&on_finer_mesh("hertz", n, 3.6), 2.0);
+        let e = hertz(&run_on_finer_mesh("hertz", n, 3.6), 2.0);
         print_hertz(&format!("n = {n}"), &e);
         e
     };
@@ -229,7 +229,7 @@ fn print_punch(label: &str, e: &PunchErrors) {
 /// rim: too stiff by O(h).
 #[test]
 fn punch_coarse() {
-    let e = punch(&on_ready_mesh("punch", "punch"));
+    let e = punch(&run_on_ready_mesh("punch", "punch"));
     print_punch("n = 8", &e);
     assert!(e.pressure < 0.08, "{}", e.pressure);
     assert!(
@@ -243,7 +243,7 @@ fn punch_coarse() {
 #[ignore = "slow: make verify"]
 fn punch_converges() {
     let at = |n: u32| {
-        let e = punch(&on_finer_mesh("punch", n, 3.2));
+        let e = punch(&run_on_finer_mesh("punch", n, 3.2));
         print_punch(&format!("n = {n}"), &e);
         e
     };
@@ -306,7 +306,7 @@ fn cattaneo_mindlin(n: u32, q: f64) -> (f64, f64) {
         format!("mesh.parameters.n={n}"),
         format!("excitation.0.force_n={force_n}"),
     ];
-    let run = Run::without_fields("verification/cattaneo_mindlin", "slip", &[&n_set, &force]);
+    let run = Run::run_without_fields("verification/cattaneo_mindlin", "slip", &[&n_set, &force]);
     let response = &run.table("response.csv")[0];
     assert_eq!(response["outcome"], "converged");
     let mut pairs = run.table("contact.csv");
@@ -364,7 +364,7 @@ fn loads_supports_and_crowns_that_make_no_sense_are_named() {
     let out = Folder::new("refusal");
     for [set, expected] in cases(table) {
         let set: Vec<&str> = set.split(' ').collect();
-        let output = on_patch("static", &out, &set).output().unwrap();
+        let output = patch_command("static", &out, &set).output().unwrap();
         assert!(!output.status.success(), "{set:?} is no error");
         has(&said_in_one_line(&output), &expected);
     }

@@ -5,7 +5,7 @@ use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
 use crate::shared_folder::Folder;
-use crate::shared_program::{READY_PATCH, cases, ended, has, in_one_line, on_scene, said, told};
+use crate::shared_program::{READY_PATCH, cases, ended, has, said, scene_command, told, unwrapped};
 
 /// Folder with a program in place of gmsh.
 struct Bench(Folder);
@@ -27,7 +27,7 @@ impl Bench {
     fn command(&self, command: &str, set: &[&str]) -> Command {
         let path = std::env::var("PATH").unwrap_or_default();
         let scene = "scenes/verification/patch.toml";
-        let mut program = on_scene(command, scene, &self.0.join("out"), set);
+        let mut program = scene_command(command, scene, &self.0.join("out"), set);
         program.env("PATH", format!("{}:{path}", self.0.display()));
         program
     }
@@ -63,7 +63,7 @@ fn a_flood_of_messages_is_told_in_part() {
     let bench = Bench::new("flood", flood);
     let told = said(&ended(bench.command("mesh", &[]), 1));
     has(&told, "Error   : at the end");
-    has(&in_one_line(&told), "lines are left out here");
+    has(&unwrapped(&told), "lines are left out here");
     assert!(told.len() < 50_000, "{} bytes", told.len());
 }
 
@@ -87,7 +87,7 @@ fn the_dovetail_needs_whole_numbers_of_nodes() {
     let folder = Folder::new("whole");
     for set in ["nu=4.5", "nv=9.000001", "nsec=6.5", "npts=8.25", "nsec=1"] {
         let parameter = format!("mesh.parameters.{set}");
-        let mesh = on_scene("mesh", "scenes/paper.toml", &folder, &[&parameter]);
+        let mesh = scene_command("mesh", "scenes/paper.toml", &folder, &[&parameter]);
         let words = format!("Error : dovetail.geo: & {}", set.replace('=', " = "));
         has(&told(mesh, 1), &words);
     }

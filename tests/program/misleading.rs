@@ -4,7 +4,7 @@
 use std::fmt::Write;
 
 use crate::shared_folder::Folder;
-use crate::shared_program::{cases, ended, has, in_one_line, on_scene, printed, said, told};
+use crate::shared_program::{cases, ended, has, printed, said, scene_command, told, unwrapped};
 use dovetail_mesh::{ElementType, Mesh};
 use dovetail_testkit::block::{block, map_nodes, side_by_side};
 
@@ -108,9 +108,9 @@ fn folder(name: &str, element: ElementType) -> Folder {
 fn tried(command: &str, folder: &Folder, set: &str, code: i32) -> String {
     let set: Vec<&str> = set.split("; ").filter(|set| *set != "-").collect();
     let scene = folder.join("scene.toml");
-    let mut program = on_scene(command, scene, &folder.join("out"), &set);
+    let mut program = scene_command(command, scene, &folder.join("out"), &set);
     let output = ended(program.arg("--force"), code);
-    in_one_line(&(said(&output) + &printed(&output)))
+    unwrapped(&(said(&output) + &printed(&output)))
 }
 
 /// The scene as it is has no warning, and names its elements with their order.
@@ -387,7 +387,7 @@ fn a_warning_comes_once() {
     assert_eq!(said.matches("looks like per cent").count(), 1, "{said}");
     has(&said, "1 warning above, before the response");
     let out = folder.join("quiet");
-    let mut quiet = on_scene(
+    let mut quiet = scene_command(
         "run",
         folder.join("scene.toml"),
         &out,

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use crate::shared_decks::{column, steel};
 use crate::shared_folder::Folder;
-use crate::shared_program::{ended, has, on_scene, said_in_one_line};
+use crate::shared_program::{ended, has, said_in_one_line, scene_command};
 use crate::shared_runs::{number, rows, summary};
 
 /// Bars that nothing joins, of which the first is excited.
@@ -54,7 +54,7 @@ fn a_body_of_a_mass_has_the_frequencies_of_its_density() {
     let found = [("density", scene), ("mass", of_mass.clone())].map(|(name, text)| {
         let file = folder.write(&format!("{name}.toml"), text);
         let out = folder.join(name);
-        ended(on_scene("modes", &file, &out, &[]), 0);
+        ended(scene_command("modes", &file, &out, &[]), 0);
         stuck_hz(&out)
     });
     assert!(found[0].len() > 5);
@@ -72,10 +72,10 @@ fn a_body_of_a_mass_has_the_frequencies_of_its_density() {
         ("body.b0.material=S", "`body.b0.material` and"),
         ("body.b0.mass_kg=0", "`body.b0.mass_kg` & greater than 0"),
     ] {
-        let run = on_scene("modes", &file, &folder.join("refused"), &[set]);
+        let run = scene_command("modes", &file, &folder.join("refused"), &[set]);
         has(&said_in_one_line(&ended(run, 2)), words);
     }
-    let run = on_scene(
+    let run = scene_command(
         "modes",
         &file,
         &folder.join("heavy"),
@@ -93,7 +93,7 @@ fn equal_bars_have_each_mode_as_often_as_there_are_bars_and_answer_as_one_does()
     for count in [1, 12, 24] {
         let folder = Folder::new(&format!("natural-modes-bars-{count}"));
         let scene = folder.write("scene.toml", bars(&folder, count));
-        ended(on_scene("modes", &scene, &folder, &[]), 0);
+        ended(scene_command("modes", &scene, &folder, &[]), 0);
         let found = stuck_hz(&folder);
         let first = found[0];
         // The two bending modes of the first kind.
@@ -103,7 +103,7 @@ fn equal_bars_have_each_mode_as_often_as_there_are_bars_and_answer_as_one_does()
             "{equal:?}"
         );
         assert!(others[0] > 5.0 * first, "{others:?}");
-        ended(on_scene("run", &scene, &folder, &[]), 0);
+        ended(scene_command("run", &scene, &folder, &[]), 0);
         peaks.push(
             summary(&folder)["response"]["peak_amplitude_m"]
                 .as_f64()
@@ -138,7 +138,7 @@ fn a_body_on_soft_springs_has_its_rigid_motions_and_its_elastic_modes() {
             "#
         );
         let scene = folder.write("scene.toml", scene);
-        ended(on_scene("modes", &scene, &folder, &[]), 0);
+        ended(scene_command("modes", &scene, &folder, &[]), 0);
         stuck_hz(&folder)
     };
     let (stiff, soft) = (of(1e1), of(1e-3));
@@ -182,7 +182,7 @@ fn too_few_modes_of_a_body_and_of_the_assembly_are_a_warning() {
     let of_bodies = "fixed_interface_modes kept of the bodies raise";
     let of_assembly = "stuck modes kept do not reach";
     let said_with = |set: &[&str]| {
-        let output = ended(on_scene("run", &scene, &folder, set), 0);
+        let output = ended(scene_command("run", &scene, &folder, set), 0);
         said_in_one_line(&output)
     };
     let few = said_with(&[]);

@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
 
-use crate::shared_program::{ended, has, on_scene, printed, told};
+use crate::shared_program::{ended, has, printed, scene_command, told};
 use crate::shared_runs::{Row, Run, number, rows};
 use dovetail_testkit::folder::{Folder, root};
 use vtkio::model::{Attribute, DataSet, Piece, Vtk};
@@ -32,7 +32,7 @@ fn turned([x, y, z]: [f64; 3], sector: usize) -> String {
 }
 
 /// Name of a body, or of a group of it, in a sector. The first sector has the bodies themselves.
-fn of(body: &str, sector: usize) -> String {
+fn sector_name(body: &str, sector: usize) -> String {
     match sector {
         0 => body.to_owned(),
         sector => format!("{body}{sector}"),
@@ -44,7 +44,7 @@ fn bodies(file: &str, sectors: usize, names: &[&str]) -> String {
     let mut text = String::new();
     for sector in 0..sectors {
         for name in names {
-            let own = of(name, sector);
+            let own = sector_name(name, sector);
             text += &format!("[[body]]\nname = \"{own}\"\n");
             if sector > 0 {
                 let degrees = 360.0 * sector as f64 / SECTORS as f64;
@@ -63,7 +63,10 @@ fn bodies(file: &str, sectors: usize, names: &[&str]) -> String {
     }
     if sectors > 1 {
         for sector in 0..sectors {
-            let (own, next) = (of("disc", sector), of("disc", (sector + 1) % sectors));
+            let (own, next) = (
+                sector_name("disc", sector),
+                sector_name("disc", (sector + 1) % sectors),
+            );
             text += &format!(
                 "[[contact]]\nname = \"pitch{sector}\"\nfirst = \"{own}.high\"\n\
                  second = \"{next}.low\"\nlaw = \"bonded\"\n"
@@ -99,7 +102,7 @@ fn scene_of_order(order: usize, file: &str, sectors: usize, names: &[&str], more
         text += &cyclic(order);
     }
     for sector in 0..sectors {
-        let (tip, along) = (of(blade, sector), turned([1.0, 0.5, 0.0], sector));
+        let (tip, along) = (sector_name(blade, sector), turned([1.0, 0.5, 0.0], sector));
         let phase = phase_deg(order, sector);
         text += &format!(
             "[[excitation]]\non = \"{tip}.tip\"\ndirection = {along}\nforce_n = 20\n\
@@ -107,7 +110,7 @@ fn scene_of_order(order: usize, file: &str, sectors: usize, names: &[&str], more
         );
         if names.len() == 2 {
             let inwards = turned([0.0, 0.0, -1.0], sector);
-            let seat = of("disc", sector);
+            let seat = sector_name("disc", sector);
             text += &format!(
                 "[[load]]\non = \"{tip}.tip\"\ndirection = {inwards}\nforce_n = 5000\n\
                  [[contact]]\nname = \"root{sector}\"\nfirst = \"{tip}.foot\"\n\
@@ -137,7 +140,7 @@ fn modes_over_the_nodal_diameters_are_those_of_the_whole_disc() {
         let run = |sectors: usize| {
             let text = scene(file, sectors, names, RESPONSE);
             let path = folder.write(&format!("{sectors}.toml"), text);
-            Run::of_file("modes", path, &format!("nodal_diameters_{sectors}"), &[])
+            Run::run_file("modes", path, &format!("nodal_diameters_{sectors}"), &[])
         };
         let (sector, disc) = (run(1), run(SECTORS));
         let rows = sector.table("modes_nodal_diameters.csv");
@@ -176,7 +179,7 @@ fn sectors_in_phase_have_the_response_of_the_whole_disc() {
     let run = |sectors: usize| {
         let text = scene("disc_sector_two.msh", sectors, &["disc", "blade"], RESPONSE);
         let path = folder.write(&format!("{sectors}.toml"), text);
-        Run::of_file("run", path, &format!("in_phase_{sectors}"), &[])
+        Run::run_file("run", path, &format!("in_phase_{sectors}"), &[])
     };
     let (sector, disc) = (run(1), run(SECTORS));
     let [own, whole] = [&sector, &disc].map(|run| run.table("response.csv"));
@@ -237,7 +240,7 @@ fn the_wave_of_an_engine_order_is_that_of_the_whole_disc() {
                 let text = text.replace("friction = 0.3\n", SPRINGS);
                 let text = text.replace("[900, 1100]\npoints = 6", "[900, 1020]\npoints = 4");
                 let path = folder.write(&format!("{sectors}.toml"), text);
-                Run::of_file("run", path, &format!("wave_{sectors}"), &[])
+                Run::run_file("run", path, &format!("wave_{sectors}"), &[])
             };
             let (sector, disc) = (run(1), run(SECTORS));
             same_response(&sector, &disc, 1e-7);
@@ -270,7 +273,7 @@ fn steps_in_time_of_all_sectors_agree_with_the_wave() {
         let text = text.replace("stiffness_s = 3e-6", "stiffness_s = 3e-7");
         let path = folder.write("wave.toml", text);
         let out = Folder::new("wave_in_time_verify");
-        let mut verify = on_scene("verify", &path, &out, &[]);
+        let mut verify = scene_command("verify", &path, &out, &[]);
         verify.args(["--at", &hz.to_string(), "--steps", "120", "--periods", "40"]);
         ended(verify, 0);
         let [balance, integration] = &rows(&out.join("verify.csv"))[..] else {
@@ -294,7 +297,7 @@ fn a_small_wave_with_springs_in_its_contacts_has_the_linear_peak() {
     let text = text.replace("friction = 0.3\n", &SPRINGS.replace("0.1", "2.0"));
     let text = text.replace("[900, 1100]\npoints = 6", "[950, 990]");
     let path = folder.write("wave.toml", text);
-    let run = Run::of_file("run", path, "small_wave", &["excitation.0.force_n=0.01"]);
+    let run = Run::run_file("run", path, "small_wave", &["excitation.0.force_n=0.01"]);
     let rows = run.table("response.csv");
     let of = |row: &Row| ["tip_amplitude_m", "tip_linear_amplitude_m"].map(|key| number(row, key));
     let peak = rows.iter().max_by(|a, b| of(a)[0].total_cmp(&of(b)[0]));
@@ -315,7 +318,7 @@ fn the_peak_of_a_wave_is_where_its_backbone_has_it() {
     let text = text.replace("stuck_modes = 400", "stuck_modes = 12");
     let path = folder.write("wave.toml", text.replace("tolerance = 1e-10\n", ""));
     let out = Folder::new("backbone_of_a_wave_backbone");
-    let mut backbone = on_scene("backbone", &path, &out, &[]);
+    let mut backbone = scene_command("backbone", &path, &out, &[]);
     backbone.args(["--amplitude", "1e-5:2.2e-5", "--points", "3"]);
     ended(backbone, 0);
     let rows = rows(&out.join("backbone.csv"));
@@ -327,7 +330,7 @@ fn the_peak_of_a_wave_is_where_its_backbone_has_it() {
             .all(|row| number(row, "power_defect").abs() < 1e-6)
     );
     let force = format!("excitation.0.force_n={}", number(last, "force_n"));
-    let curve = Run::of_file("run", path, "peak_of_a_wave", &[&force]);
+    let curve = Run::run_file("run", path, "peak_of_a_wave", &[&force]);
     let peak_m = curve
         .column("response.csv", "tip_amplitude_m")
         .into_iter()
@@ -353,7 +356,7 @@ fn rims_lift_off_in_a_wave_as_those_of_the_whole_disc_do() {
             let text = rims(file, order, sectors).replace("friction = 0.3\n", &law);
             let text = text.replace("force_n = 2000\n", "force_n = 8000\n");
             let path = folder.write(&format!("{sectors}.toml"), text);
-            Run::of_file("run", path, &format!("rims_in_a_wave_{sectors}"), &[])
+            Run::run_file("run", path, &format!("rims_in_a_wave_{sectors}"), &[])
         };
         let (sector, disc) = (run(1), run(SECTORS));
         // Of pairs that open, the three harmonics keep a trace of eps, which each has of its own.
@@ -380,7 +383,7 @@ fn a_run_up_and_a_crossing_have_the_wave_of_their_engine_order() {
     };
     let run = |text: &str| {
         let path = folder.write("scene.toml", text);
-        Run::of_file("run", path, "wave_at_speed", &[])
+        Run::run_file("run", path, "wave_at_speed", &[])
     };
     let up = "along_engine_order = 4\nspeed_rpm = [14000, 15000]\npoints = 2\n";
     let up = run(&at(15000.0, 0, up));
@@ -394,7 +397,7 @@ fn a_run_up_and_a_crossing_have_the_wave_of_their_engine_order() {
     let path = folder.write("scene.toml", at(15000.0, 0, orders));
     let out = folder.join("crossings");
     ended(
-        on_scene("modes", &path, &out, &[]).args(["--rpm", "14000:16000:3"]),
+        scene_command("modes", &path, &out, &[]).args(["--rpm", "14000:16000:3"]),
         0,
     );
     let crossings = rows(&out.join("modes_crossings.csv"));
@@ -416,14 +419,14 @@ fn a_run_up_and_a_crossing_have_the_wave_of_their_engine_order() {
         "along_engine_order = 4\nspeed_rpm = [14000, 15000]\n",
     );
     let path = folder.write("scene.toml", both);
-    let said = told(on_scene("mesh", path, &folder.join("out"), &[]), 2);
+    let said = told(scene_command("mesh", path, &folder.join("out"), &[]), 2);
     has(
         &said,
         "cyclic.engine_order & response.along_engine_order & leave out",
     );
     let path = folder.write("scene.toml", at(15000.0, 4, "frequency_hz = [900, 1100]\n"));
     has(
-        &told(on_scene("reduce", path, &folder.join("out"), &[]), 1),
+        &told(scene_command("reduce", path, &folder.join("out"), &[]), 1),
         "all sectors & in phase & engine order 4",
     );
 }
@@ -437,7 +440,7 @@ fn a_disc_at_speed_is_stiffened_as_all_of_its_sectors_are() {
         let text = scene("disc_sector.msh", sectors, &["disc"], &more);
         let text = text.replace("axis = [1, 0, 0]\n[[exc", "[[exc");
         let path = folder.write(&format!("{sectors}.toml"), text);
-        let run = Run::of_file("modes", path, &format!("at_speed_{sectors}"), &[]);
+        let run = Run::run_file("modes", path, &format!("at_speed_{sectors}"), &[]);
         let rows = run.table("modes.csv");
         let stuck = rows.iter().filter(|row| row["kind"] == "stuck");
         stuck
@@ -459,7 +462,7 @@ fn engine_orders_cross_the_nodal_diameters_that_they_excite() {
     let text = scene("disc_sector.msh", 1, &["disc"], &more);
     let path = folder.write("scene.toml", text);
     let out = folder.join("out");
-    let mut command = on_scene("modes", path, &out, &[]);
+    let mut command = scene_command("modes", path, &out, &[]);
     let output = ended(command.args(["--rpm", "0:20000:3"]), 0);
     has(&printed(&output), "nodal diameter 3");
     let crossings = rows(&out.join("modes_crossings.csv"));
@@ -483,7 +486,7 @@ fn engine_orders_cross_the_nodal_diameters_that_they_excite() {
 /// Errors of a sector name the key and the remedy.
 /// Scene of a blade that is bonded to a disc which does not yield, excited by an engine order, with the
 /// aerodynamic influence of a file.
-fn in_a_flow(order: usize, influence: &str) -> String {
+fn scene_in_flow(order: usize, influence: &str) -> String {
     let names = ["disc", "blade"];
     let response = "[response]\nfrequency_hz = [FIRST, LAST]\npoints = 5\nharmonics = 1\n\
                     stuck_modes = 40\n";
@@ -503,9 +506,9 @@ fn the_air_shifts_and_damps_the_wave_whose_coefficients_are_given() {
     let folder = Folder::new("in_a_flow");
     let still = folder.write(
         "still.toml",
-        in_a_flow(5, "").replace("FIRST, LAST", "1, 2"),
+        scene_in_flow(5, "").replace("FIRST, LAST", "1, 2"),
     );
-    let modes = Run::of_file("modes", still, "in_still_air", &[]).table("modes.csv");
+    let modes = Run::run_file("modes", still, "in_still_air", &[]).table("modes.csv");
     let is_first = |row: &&Row| row["kind"] == "flanks_held" && row["body"] == "blade";
     let first = modes.iter().find(is_first).unwrap();
     let [hz, mass] = ["frequency_hz", "modal_mass_kg"].map(|column| number(first, column));
@@ -521,9 +524,9 @@ fn the_air_shifts_and_damps_the_wave_whose_coefficients_are_given() {
     folder.write("driving.csv", air(-3.0 * imaginary));
     let run = |order: usize, influence: &str, name: &str| {
         let range = format!("{}, {}", 0.98 * hz, 1.02 * hz);
-        let text = in_a_flow(order, influence).replace("FIRST, LAST", &range);
+        let text = scene_in_flow(order, influence).replace("FIRST, LAST", &range);
         let path = folder.write(&format!("{name}.toml"), text);
-        Run::of_file("run", path, &format!("in_a_flow_{name}"), &[])
+        Run::run_file("run", path, &format!("in_a_flow_{name}"), &[])
     };
     let own = "influence = \"air.csv\"\ninfluence_on = \"blade\"\n";
     for order in [1, 5] {
@@ -560,7 +563,7 @@ fn the_air_shifts_and_damps_the_wave_whose_coefficients_are_given() {
     );
     // Damping that exceeds the aerodynamic drive prevents flutter in a run-up, with the fields and without.
     folder.write("mild.csv", air(0.25 * stiffness * 3e-6 * TAU * hz));
-    let mild = in_a_flow(0, &own.replace("air.csv", "mild.csv"));
+    let mild = scene_in_flow(0, &own.replace("air.csv", "mild.csv"));
     let turning =
         "[rotation]\naxis = [1, 0, 0]\nspeed_rpm = 100\n[response]\nalong_engine_order = 5\n";
     let range = format!("{}, {}", 0.98 * hz, 1.02 * hz);
@@ -571,14 +574,17 @@ fn the_air_shifts_and_damps_the_wave_whose_coefficients_are_given() {
     let path = folder.write("mild.toml", mild);
     for words in [&["--no-fields"][..], &[]] {
         let out = folder.join("mild");
-        ended(on_scene("run", &path, &out, &[]).args(words), 0);
+        ended(scene_command("run", &path, &out, &[]).args(words), 0);
         let warnings = std::fs::read_to_string(out.join("summary.json")).unwrap();
         assert!(!warnings.contains("the air drives"), "{words:?}");
     }
     let refused = |command: &str, order: usize, code: i32, words: &str| {
-        let text = in_a_flow(order, own).replace("FIRST, LAST", "900, 1100");
+        let text = scene_in_flow(order, own).replace("FIRST, LAST", "900, 1100");
         let path = folder.write("refused.toml", text);
-        has(&told(on_scene(command, path, &folder, &[]), code), words);
+        has(
+            &told(scene_command(command, path, &folder, &[]), code),
+            words,
+        );
     };
     refused(
         "run",
@@ -679,7 +685,7 @@ fn what_is_no_sector_is_refused() {
         ),
     ] {
         let path = folder.write("scene.toml", &text);
-        let said = told(on_scene("mesh", path, &folder.join("out"), &[]), 2);
+        let said = told(scene_command("mesh", path, &folder.join("out"), &[]), 2);
         has(&said, words);
     }
 }
@@ -715,7 +721,7 @@ fn moved_rim(folder: &Folder) -> PathBuf {
 fn rims(file: &Path, order: usize, sectors: usize) -> String {
     let mut text = "name = \"rims\"\n".to_owned();
     for sector in 0..sectors {
-        let own = of("disc", sector);
+        let own = sector_name("disc", sector);
         text += &format!("[[body]]\nname = \"{own}\"\n");
         text += &match sector {
             0 => format!(
@@ -726,7 +732,7 @@ fn rims(file: &Path, order: usize, sectors: usize) -> String {
                 360.0 * sector as f64 / SECTORS as f64
             ),
         };
-        let next = of("disc", (sector + 1) % sectors);
+        let next = sector_name("disc", (sector + 1) % sectors);
         let neighbour = match sectors {
             1 => "second_sector = \"next\"\n",
             _ => "slave = \"first\"\n",
@@ -764,7 +770,7 @@ fn a_contact_with_the_next_sector_is_that_of_two_neighbours() {
     let run = |command: &str, sectors: usize| {
         let text = rims(&mesh("slit_disc.msh"), 0, sectors);
         let path = folder.write(&format!("{sectors}.toml"), text);
-        Run::of_file(command, path, &format!("rims_{command}_{sectors}"), &[])
+        Run::run_file(command, path, &format!("rims_{command}_{sectors}"), &[])
     };
     let [sector, disc] = [1, SECTORS].map(|sectors| run("modes", sectors));
     let all = sector.column("modes_nodal_diameters.csv", "frequency_hz");
@@ -804,7 +810,7 @@ fn faces_of_other_meshes_are_those_of_neighbours_bonded_to_each_other() {
     let folder = Folder::new("annulus");
     let run = |name: &str, text: &str| {
         let path = folder.write(&format!("{name}.toml"), text);
-        Run::of_file("modes", path, &format!("annulus_{name}"), &[])
+        Run::run_file("modes", path, &format!("annulus_{name}"), &[])
     };
     let text = scene("annulus.msh", 1, &["disc"], RESPONSE);
     let backwards =
@@ -836,7 +842,7 @@ fn no_sector_with_a_displaced_or_tilted_axis_is_joined_in_silence() {
     let mesh = "mesh.file=../../meshes/verification/disc_sector_two.msh";
     let said = |key: &str, code: i32| {
         let scene = "scenes/verification/bladed_disc.toml";
-        told(on_scene("modes", scene, &out, &[mesh, key]), code)
+        told(scene_command("modes", scene, &out, &[mesh, key]), code)
     };
     let right = said("cyclic.point_m=[0.01, 0, 0]", 0);
     assert!(!right.contains("warning: [cyclic]"), "{right}");
@@ -875,7 +881,7 @@ fn a_wave_on_the_whole_disc_is_continuous_between_the_sectors() {
     let text = scene_of_order(4, "disc_sector.msh", 1, &["disc"], &response);
     let path = folder.write("scene.toml", text);
     let out = folder.join("out");
-    let mut command = on_scene("run", &path, &out, &[]);
+    let mut command = scene_command("run", &path, &out, &[]);
     ended(command.args(["--whole-disc", "--frames", "4"]), 0);
     let (points, arrays) = vectors(&out.join("peak_disc.vtu"), |name| {
         ["h1_cos_m", "h1_sin_m"].contains(&name)
@@ -909,7 +915,7 @@ fn a_wave_on_the_whole_disc_is_continuous_between_the_sectors() {
         "whole disc & \"disc\":{\"sectors\":6, & \"ahead_rad\":4.18879",
     );
     let paper = root().join("scenes/paper.toml");
-    let mut command = on_scene("run", &paper, &folder.join("no"), &[]);
+    let mut command = scene_command("run", &paper, &folder.join("no"), &[]);
     has(
         &told(command.args(["--whole-disc"]), 1),
         "not about a disc & [cyclic]",
@@ -930,7 +936,7 @@ fn the_stress_of_a_wave_on_all_sectors_is_that_of_the_whole_disc() {
         let text = text.replace("points = 6", "points = 2");
         let path = folder.write(&format!("{sectors}.toml"), text);
         let out = folder.join(format!("out_{sectors}"));
-        ended(on_scene("run", &path, &out, &[]).args(whole), 0);
+        ended(scene_command("run", &path, &out, &[]).args(whole), 0);
         out
     };
     let is_stress = |name: &str| name.contains("stress") || name.contains("von_mises");
@@ -1014,7 +1020,7 @@ fn shapes_on_the_whole_disc_are_continuous_between_the_sectors() {
     let path = folder.write("scene.toml", text);
     for diameter in 0..=SECTORS / 2 {
         let out = folder.join(diameter.to_string());
-        let mut command = on_scene("modes", &path, &out, &[]);
+        let mut command = scene_command("modes", &path, &out, &[]);
         ended(command.args(["--nodal-diameter", &diameter.to_string()]), 0);
         let file = out.join(format!("modes_nodal_diameter_{diameter}.vtu"));
         let (points, arrays) = vectors(&file, |name| name.contains("_hz_"));
@@ -1030,13 +1036,13 @@ fn shapes_on_the_whole_disc_are_continuous_between_the_sectors() {
         let changes = (0..SECTORS).filter(|&j| around[j] * around[(j + 1) % SECTORS] < 0.0);
         assert_eq!(changes.count(), 2 * diameter, "{around:?}");
     }
-    let mut command = on_scene("modes", &path, &folder.join("far"), &[]);
+    let mut command = scene_command("modes", &path, &folder.join("far"), &[]);
     has(
         &told(command.args(["--nodal-diameter", "4"]), 1),
         "largest nodal diameter of the disc is 3",
     );
     let paper = root().join("scenes/paper.toml");
-    let mut command = on_scene("modes", &paper, &folder.join("no"), &[]);
+    let mut command = scene_command("modes", &paper, &folder.join("no"), &[]);
     has(
         &told(command.args(["--nodal-diameter", "1"]), 1),
         "not about a disc & [cyclic]",

@@ -17,17 +17,17 @@ impl Run {
     /// Run of `dovetail run` of the patch scene on its ready mesh.
     fn new(name: &str, scene: &str, set: &[&str]) -> Self {
         let set = [&["mesh.file=meshes/verification/patch.msh"], set].concat();
-        Self::of("run", name, scene, &set)
+        Self::run_command("run", name, scene, &set)
     }
 
-    fn of(command: &str, name: &str, scene: &str, set: &[&str]) -> Self {
+    fn run_command(command: &str, name: &str, scene: &str, set: &[&str]) -> Self {
         let folder = Folder::new(name);
         let file = folder.write("scene.toml", scene);
         // Paths count from the folder of the scene.
         let meshes = format!("={}/meshes/", root().display());
         let set: Vec<String> = set.iter().map(|s| s.replace("=meshes/", &meshes)).collect();
         let set: Vec<&str> = set.iter().map(String::as_str).collect();
-        Self(shared_runs::Run::of_file(command, &file, name, &set))
+        Self(shared_runs::Run::run_file(command, &file, name, &set))
     }
 
     fn summary(&self) -> serde_json::Value {
@@ -56,11 +56,11 @@ impl Run {
 
 /// Scene of the upper block alone, on rigid ground.
 fn alone() -> String {
-    without_second(PATCH, "[[contact]]")
+    drop_second_body(PATCH, "[[contact]]")
 }
 
 /// Scene without its second body, whose table ends before `next`.
-fn without_second(scene: &str, next: &str) -> String {
+fn drop_second_body(scene: &str, next: &str) -> String {
     let at = scene.rfind("[[body]]").unwrap();
     let end = at + scene[at..].find(next).unwrap();
     let all = format!("{}{}", &scene[..at], &scene[end..]);
@@ -282,7 +282,7 @@ fn frictionless_flanks_carry_the_load_by_their_normals() {
     let omega = 5000.0 * std::f64::consts::PI / 30.0;
     let of_tet = |&e: &u32| {
         let [a, b, c, d] =
-            [0, 1, 2, 3].map(|i| mesh.nodes_m[mesh.elements.of(e as usize)[i] as usize]);
+            [0, 1, 2, 3].map(|i| mesh.nodes_m[mesh.elements.element_nodes(e as usize)[i] as usize]);
         let edge = |to: [f64; 3]| [0, 1, 2].map(|k| to[k] - a[k]);
         let [u, v, w] = [b, c, d].map(edge);
         let volume = (u[0] * (v[1] * w[2] - v[2] * w[1])
@@ -294,14 +294,14 @@ fn frictionless_flanks_carry_the_load_by_their_normals() {
     };
     let upwards_n: f64 = mesh.groups["blade"].elements.iter().map(of_tet).sum();
     assert!(upwards_n > 7e3);
-    let rigid = without_second(PAPER, "[rotation]").replace("\"blade\", \"jaw\"", "\"blade\"");
+    let rigid = drop_second_body(PAPER, "[rotation]").replace("\"blade\", \"jaw\"", "\"blade\"");
     for (name, scene) in [("frictionless", PAPER), ("frictionless_rigid", &rigid)] {
         let set = [
             "mesh.file=meshes/dovetail_order1.msh",
             "contact.*.friction=0",
             "rotation.prestress=none",
         ];
-        let run = Run::of("static", name, scene, &set);
+        let run = Run::run_command("static", name, scene, &set);
         let sum = |column: &str| -> f64 { run.column("static.csv", column).iter().sum() };
         let carried_n = sum("normal_force_n") * 0.5f64.sqrt();
         let error = carried_n / upwards_n - 1.0;

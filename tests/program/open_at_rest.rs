@@ -6,7 +6,7 @@ use std::fmt::Write;
 use serde_json::Value;
 
 use crate::shared_folder::Folder;
-use crate::shared_program::{has, on_scene, told};
+use crate::shared_program::{has, scene_command, told};
 use crate::shared_runs::{Run, number};
 
 /// Lengths of the sides of the beam along x, y, z, mm.
@@ -105,7 +105,7 @@ gap_m = 1e-4
 fn run(command: &str, folder: &Folder, name: &str, more: &str) -> Run {
     folder.write("beam.inp", deck());
     let scene = folder.write(&format!("{name}.toml"), format!("{SCENE}{more}"));
-    Run::of_file(command, &scene, name, &[])
+    Run::run_file(command, &scene, name, &[])
 }
 
 fn apart(found: f64, expected: f64) -> f64 {
@@ -187,7 +187,7 @@ fn a_body_that_nothing_holds_where_all_pairs_are_open_is_refused_and_named() {
         let scene = SCENE.replace("fixed = [\"ROOT\"]", support);
         let file = folder.write("scene.toml", format!("{scene}{PAD}"));
         has(
-            &told(on_scene("run", &file, &folder.join("out"), &[]), 1),
+            &told(scene_command("run", &file, &folder.join("out"), &[]), 1),
             expected,
         );
     }

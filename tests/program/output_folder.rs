@@ -8,7 +8,9 @@ use std::process::{Child, Stdio};
 use dovetail_export::manifest::{RunState, Summary};
 
 use crate::shared_folder::{Folder, files_below};
-use crate::shared_program::{ended, has, on_patch, on_scene, said, said_in_one_line, told};
+use crate::shared_program::{
+    ended, has, patch_command, said, said_in_one_line, scene_command, told,
+};
 use crate::shared_runs::manifest;
 
 /// Names of all files in the folder, without the folders.
@@ -32,7 +34,7 @@ fn a_folder_holds_one_run_and_lists_its_files() {
         "response.harmonics=2",
         "response.compare_harmonics=1",
     ];
-    ended(on_patch("run", &out, &more), 0);
+    ended(patch_command("run", &out, &more), 0);
     let first = names(&out);
     assert_eq!(first, listed(&out));
     assert_eq!(manifest(&out).state, RunState::Finished);
@@ -40,7 +42,7 @@ fn a_folder_holds_one_run_and_lists_its_files() {
     std::fs::write(&mine, "mine").unwrap();
     // Fewer frequencies, no response to compare with: its files would be taken for those of this
     // run.
-    ended(on_patch("run", &out, &[]), 0);
+    ended(patch_command("run", &out, &[]), 0);
     let second = names(&out);
     assert!(mine.exists());
     let of_first = "flank/flank_0003.vtu";
@@ -58,7 +60,7 @@ fn a_folder_holds_one_run_and_lists_its_files() {
     };
     let linear_modes = linear(&out);
     assert!(!linear_modes.is_empty());
-    ended(on_patch("modes", &out, &[]), 0);
+    ended(patch_command("modes", &out, &[]), 0);
     expected.insert("modes.vtu".to_owned());
     assert_eq!(names(&out), expected);
     assert_eq!(linear(&out), linear_modes);
@@ -72,7 +74,10 @@ fn a_folder_holds_one_run_and_lists_its_files() {
     assert!(of_run.response.is_some());
     assert_eq!(without_modes, of_run);
     for word in ["mesh", "modes", "verify"] {
-        let refused = told(on_patch(word, &out, &["contact.flank.friction=0.1"]), 2);
+        let refused = told(
+            patch_command(word, &out, &["contact.flank.friction=0.1"]),
+            2,
+        );
         has(&refused, "other settings & --out");
     }
     assert_eq!(manifest(&out).response, of_run.response);
@@ -89,16 +94,19 @@ fn a_folder_holds_one_run_and_lists_its_files() {
 #[test]
 fn a_run_that_fails_says_why_and_leaves_no_response_of_another() {
     let out = Folder::new("failed-run");
-    ended(on_patch("run", &out, &[]), 0);
+    ended(patch_command("run", &out, &[]), 0);
     // Pulled apart: the static state is written, and there is nothing to vibrate about.
-    ended(on_patch("run", &out, &["load.0.pressure_pa=-50e6"]), 1);
+    ended(patch_command("run", &out, &["load.0.pressure_pa=-50e6"]), 1);
     let failed = manifest(&out);
     assert_eq!(failed.state, RunState::Failed);
     has(&failed.why.unwrap(), "nothing holds");
     assert!(out.join("static.csv").exists() && !out.join("response.csv").exists());
     // Before there is a static state the files of the earlier run stay, and stay listed.
     let before = names(&out);
-    ended(on_patch("run", &out, &["contact.flank.first=nowhere"]), 2);
+    ended(
+        patch_command("run", &out, &["contact.flank.first=nowhere"]),
+        2,
+    );
     let failed = manifest(&out);
     assert_eq!((failed.state, names(&out)), (RunState::Failed, before));
     assert!(failed.why.unwrap().contains("nowhere"));
@@ -108,15 +116,15 @@ fn a_run_that_fails_says_why_and_leaves_no_response_of_another() {
 #[test]
 fn the_folder_of_another_scene_is_not_taken_unasked() {
     let out = Folder::new("other-scene");
-    ended(on_patch("run", &out, &[]), 0);
+    ended(patch_command("run", &out, &[]), 0);
     let before = names(&out);
-    let refused = told(on_patch("static", &out, &["name=other"]), 2);
+    let refused = told(patch_command("static", &out, &["name=other"]), 2);
     has(&refused, "--force");
     assert_eq!(
         (names(&out), manifest(&out).scene.name),
         (before, "patch".to_owned())
     );
-    let mut forced = on_patch("static", &out, &["name=other"]);
+    let mut forced = patch_command("static", &out, &["name=other"]);
     ended(forced.arg("--force"), 0);
     assert_eq!(manifest(&out).scene.name, "other");
     assert!(!out.join("response.csv").exists());
@@ -128,7 +136,7 @@ fn a_folder_that_cannot_be_written_is_told_before_anything_is_computed() {
     let folder = Folder::new("unwritable");
     let out = folder.write("file", "").join("out");
     let set = ["mesh.file=nowhere.msh"];
-    let said = said(&ended(on_patch("run", &out, &set), 1));
+    let said = said(&ended(patch_command("run", &out, &set), 1));
     assert!(
         said.contains("--out") && !said.contains("nowhere"),
         "{said}"
@@ -142,7 +150,8 @@ fn of_processes_that_begin_at_once_each_finishes_or_says_that_the_folder_is_in_u
     let out = Folder::new("at-once");
     for round in 0..6 {
         let begin = |_| {
-            let mut command = on_scene("static", "scenes/verification/den_hartog.toml", &out, &[]);
+            let mut command =
+                scene_command("static", "scenes/verification/den_hartog.toml", &out, &[]);
             command.stdout(Stdio::null()).stderr(Stdio::piped());
             command.spawn().unwrap()
         };

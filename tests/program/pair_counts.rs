@@ -5,7 +5,7 @@
 use serde_json::Value;
 
 use crate::shared_folder::Folder;
-use crate::shared_program::{ended, has, on_scene, printed};
+use crate::shared_program::{ended, has, printed, scene_command};
 use crate::shared_runs::{Row, rows, summary};
 
 const STATES: [&str; 5] = ["stuck", "slipping", "opening", "closing", "open"];
@@ -28,7 +28,7 @@ fn words<const N: usize>(rows: &[&Row], column: &str, states: [&str; N]) -> [u64
 fn every_pair_is_counted_once_wherever_pairs_are_counted() {
     let out = Folder::new("counts");
     let set = ["response.points=9", "response.harmonics=3"];
-    let run = on_scene("run", "scenes/decks/joint.toml", &out, &set);
+    let run = scene_command("run", "scenes/decks/joint.toml", &out, &set);
     let told = printed(&ended(run, 0));
     let summary = summary(&out);
     let (state, response) = (&summary["static"], &summary["response"]);

@@ -68,7 +68,7 @@ fn joint() -> &'static Joint {
 const SAMPLES: usize = 128;
 
 /// The reduced model with another force than the scene's (loads are linear in it).
-fn with_force(force_n: f64) -> Problem {
+fn problem_with_force(force_n: f64) -> Problem {
     let joint = joint();
     let ratio = force_n / joint.scene.assembly().unwrap().excitations[0].amplitude;
     let mut model = joint.problem.clone();
@@ -252,7 +252,7 @@ fn pairs_slide_and_open_near_resonance_only() {
 
 #[test]
 fn the_pairs_that_open_carried_less_than_the_mean() {
-    let at_1_n = share_of_opening_pairs(&respond(&with_force(1.0), 3, &GRID));
+    let at_1_n = share_of_opening_pairs(&respond(&problem_with_force(1.0), 3, &GRID));
     println!("1 N: {at_1_n:.3?}");
     assert!(!at_1_n.is_empty() && at_1_n.iter().all(|share| *share < 1.0));
     let at_2_n = share_of_opening_pairs(response());
@@ -280,7 +280,7 @@ fn what_is_put_in_is_spent_in_friction_and_damping() {
 
 #[test]
 fn a_hundredth_of_a_newton_leaves_the_flanks_stuck() {
-    let response = respond(&with_force(0.01), 1, &GRID);
+    let response = respond(&problem_with_force(0.01), 1, &GRID);
     for ratio in ratios(&response) {
         assert!((ratio - 1.0).abs() < 1e-10, "{:e}", ratio - 1.0);
     }
@@ -292,10 +292,10 @@ fn a_hundredth_of_a_newton_leaves_the_flanks_stuck() {
 /// the peak.
 #[test]
 fn rough_flanks_after_the_static_state_give_the_linear_curve() {
-    let slippery = respond(&with_force(0.1), 1, &GRID);
+    let slippery = respond(&problem_with_force(0.1), 1, &GRID);
     assert!(slippery.orbits.iter().any(|o| o.counts().slipping > 0));
     for (force_n, opens_at) in [(0.2, 0), (0.3, 1)] {
-        let mut model = with_force(force_n);
+        let mut model = problem_with_force(force_n);
         model.laws.iter_mut().for_each(|pair| pair.friction = 1e6);
         let rough = respond(&model, 1, &GRID);
         let mut open_points = 0;
@@ -316,7 +316,7 @@ fn rough_flanks_after_the_static_state_give_the_linear_curve() {
 /// Both hold in a sweep from either side and for a single frequency.
 #[test]
 fn friction_holds_the_blade_or_not_whichever_way_the_solution_was_found() {
-    let model = with_force(5.0);
+    let model = problem_with_force(5.0);
     for (hz, is_held) in [(453.54, true), (450.1, false)] {
         let rising: Vec<f64> = (0..6).map(|i| hz - 0.2 * f64::from(5 - i)).collect();
         let falling: Vec<f64> = (0..6).map(|i| hz + 0.2 * f64::from(i)).collect();

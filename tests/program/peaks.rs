@@ -4,7 +4,7 @@ use std::path::Path;
 use std::process::Command;
 
 use crate::shared_folder::Folder;
-use crate::shared_program::{ended, has, on_scene, printed, program, told};
+use crate::shared_program::{ended, has, printed, program, scene_command, told};
 use crate::shared_runs::{number, numbers, rows};
 use dovetail_testkit::folder::root;
 
@@ -16,7 +16,7 @@ fn dovetail(command: &str, out: &Path, rest: &[&str]) -> Command {
         "response.times_first_linear_mode=[0.96, 1.01]",
         "response.samples=64",
     ];
-    let mut command = on_scene(command, "benches/peers/scene.toml", out, &set);
+    let mut command = scene_command(command, "benches/peers/scene.toml", out, &set);
     command.args(rest);
     command
 }

@@ -113,7 +113,7 @@ fn halves_that_are_bonded_are_stiffened_as_the_beam_in_one_piece_is() {
         &[("inner", 0..middle), ("outer", middle..CELLS)],
     );
     let summary =
-        |file: &Path, set: &[&str]| Run::of_file("modes", file, "prestress-run", set).summary();
+        |file: &Path, set: &[&str]| Run::run_file("modes", file, "prestress-run", set).summary();
     let held = "rotation.prestress=held_flanks";
     let [one, one_held] = [&[][..], &[held]].map(|set| summary(&whole, set));
     let [two, two_held] = [&[][..], &[held]].map(|set| summary(&halves, set));

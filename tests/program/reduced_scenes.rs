@@ -2,7 +2,7 @@
 //! mesh to a folder.
 
 use crate::shared_folder::Folder;
-use crate::shared_program::{ended, has, on_scene, printed, said, told};
+use crate::shared_program::{ended, has, printed, said, scene_command, told};
 use crate::shared_runs::{manifest, number, numbers, rows, summary};
 use dovetail_export::manifest::RunState;
 use dovetail_testkit::folder::root;
@@ -36,7 +36,7 @@ fn dovetail72() -> String {
 #[test]
 fn the_program_runs_the_jenkins_scene() {
     let folder = Folder::new("jenkins");
-    ended(on_scene("run", JENKINS, &folder, &[]), 0);
+    ended(scene_command("run", JENKINS, &folder, &[]), 0);
     let summary = summary(&folder);
     let peak = summary["response"]["peak_amplitude_m"].as_f64().unwrap();
     assert!((peak / 1.95379955 - 1.0).abs() < 1e-6, "{peak}");
@@ -69,7 +69,7 @@ fn a_frequency_that_takes_longer_than_is_allowed_is_given_up() {
         "response.frequency_hz=[1.0, 1.1]",
         "response.points=5",
     ];
-    let stderr = told(on_scene("run", JENKINS, &folder, &set), 3);
+    let stderr = told(scene_command("run", JENKINS, &folder, &set), 3);
     let warning = "5 of 5 frequencies were given up after response.most_seconds_per_frequency";
     has(&stderr, warning);
     let response = &summary(&folder)["response"];
@@ -92,7 +92,7 @@ fn a_range_without_the_linear_peak_is_warned_of() {
             range.as_str(),
             "response.points=15",
         ];
-        let stderr = told(on_scene("run", JENKINS, &folder, &set), 0);
+        let stderr = told(scene_command("run", JENKINS, &folder, &set), 0);
         assert!(!stderr.contains("largest amplitude of tip"), "{stderr}");
         stderr
     };
@@ -182,7 +182,7 @@ fn curves_over_force_and_clearance_have_the_motions_of_the_response_between_its_
     // The response is followed to the middle of its range from both ends.
     let run = folder.join("run");
     let set = ["response.frequency_hz=[0.12, 0.26]"];
-    ended(on_scene("run", &scene, &run, &set), 0);
+    ended(scene_command("run", &scene, &run, &set), 0);
     let of_run = rows(&run.join("response.csv")).into_iter();
     let middle = of_run.filter(|row| (number(row, "frequency_hz") - 0.19).abs() < 1e-12);
     let followed: Vec<f64> = middle.map(|row| number(&row, "tip_amplitude_m")).collect();
@@ -194,7 +194,7 @@ fn curves_over_force_and_clearance_have_the_motions_of_the_response_between_its_
         ("reduced_model.gap_m", "0.2:5:3", "gap", 1.0),
     ] {
         let out = folder.join(word);
-        let mut command = on_scene("curve", &scene, &out, &[]);
+        let mut command = scene_command("curve", &scene, &out, &[]);
         command.args(["--over", &format!("{key}={range}"), "--frequency", "0.19"]);
         let said = printed(&ended(command, 0));
         assert_eq!(
@@ -246,7 +246,7 @@ fn steps_in_time_leave_the_motion_that_is_unstable_and_return_to_the_others() {
     let text = STOP.replace("gap_m", &format!("{springs}gap_m"));
     let scene = folder.write("scene.toml", text);
     let out = folder.join("out");
-    let mut command = on_scene("verify", &scene, &out, &["response.harmonics=21"]);
+    let mut command = scene_command("verify", &scene, &out, &["response.harmonics=21"]);
     command.args(["--at", "0.185", "--perturb", "0.05"]);
     let printed = printed(&ended(command, 0));
     has(
@@ -277,7 +277,7 @@ fn steps_in_time_leave_the_motion_that_is_unstable_and_return_to_the_others() {
 fn a_motion_in_time_that_grows_without_bound_is_an_error() {
     let folder = Folder::new("grows");
     let scene = stop_scene(&folder);
-    let mut command = on_scene("verify", &scene, &folder.join("out"), &[]);
+    let mut command = scene_command("verify", &scene, &folder.join("out"), &[]);
     command.args(["--at", "0.185"]);
     has(&told(command, 1), "the motion grew without bound in period");
 }
@@ -287,7 +287,10 @@ fn a_motion_in_time_that_grows_without_bound_is_an_error() {
 fn a_fold_is_told_wherever_results_are_read() {
     let folder = Folder::new("fold");
     let scene = stop_scene(&folder);
-    let stderr = told(on_scene("run", &scene, &folder.join("followed"), &[]), 0);
+    let stderr = told(
+        scene_command("run", &scene, &folder.join("followed"), &[]),
+        0,
+    );
     let found = summary(&folder.join("followed"));
     let [two] = &found["response"]["second_motion"].as_array().unwrap()[..] else {
         panic!("{found}");
@@ -337,7 +340,7 @@ fn a_fold_is_told_wherever_results_are_read() {
     assert!(line.contains("<b>look</b>"), "{line}");
 
     let grid = ["response.frequency_hz=[0.12, 0.26]", "response.points=57"];
-    let stderr = told(on_scene("run", &scene, &folder.join("grid"), &grid), 0);
+    let stderr = told(scene_command("run", &scene, &folder.join("grid"), &grid), 0);
     has(&stderr, "the amplitude of tip jumps between 0.1");
     assert!(!stderr.contains("several motions"), "{stderr}");
     let found = summary(&folder.join("grid"));
@@ -352,7 +355,7 @@ fn a_fold_is_told_wherever_results_are_read() {
 fn a_slider_that_is_open_at_rest_leaves_the_free_mass() {
     let folder = Folder::new("open");
     let set = ["reduced_model.gap_m=2", "reduced_model.force_n=1e-3"];
-    let stderr = told(on_scene("run", JENKINS, &folder, &set), 0);
+    let stderr = told(scene_command("run", JENKINS, &folder, &set), 0);
     let summary = summary(&folder);
     assert_eq!(summary["static"]["open_pairs"], 1);
     let hz = summary["linear_frequency_hz"].as_f64().unwrap();
@@ -370,7 +373,7 @@ fn verbose_progress_says_what_is_tried_and_stays_below_the_whole() {
         "response.harmonics=3",
         "damping.mass_per_s=0.2",
     ];
-    let mut program = on_scene("run", DEN_HARTOG, &folder, &set);
+    let mut program = scene_command("run", DEN_HARTOG, &folder, &set);
     let said = said(program.arg("--verbose").output().as_ref().unwrap());
     has(&said, "Hz: 3 harmonics, from the static state");
     has(&said, "Hz: 3 harmonics, from the neighbour");
@@ -403,7 +406,7 @@ fn an_accuracy_that_is_not_reached_is_a_result_that_is_marked_wherever_it_is_see
         "response.frequency_hz=[0.6, 0.9]",
         "response.points=3",
     ];
-    let stderr = told(on_scene("run", DEN_HARTOG, &folder, &set), 3);
+    let stderr = told(scene_command("run", DEN_HARTOG, &folder, &set), 3);
     let warning = "warning: at 1 of 3 frequencies the error is estimated above the accuracy";
     has(&stderr, warning);
 
@@ -456,17 +459,20 @@ fn every_command_does_what_it_can_on_a_reduced_model() {
     let folder = Folder::new("commands");
     let scene = folder.write("scene.toml", dovetail72());
     let out = folder.join("out");
-    has(&told(on_scene("check", &scene, &out, &[]), 0), "is sound");
+    has(
+        &told(scene_command("check", &scene, &out, &[]), 0),
+        "is sound",
+    );
     assert!(!out.exists());
-    let listed = printed(&ended(on_scene("modes", &scene, &out, &[]), 0));
+    let listed = printed(&ended(scene_command("modes", &scene, &out, &[]), 0));
     assert!(listed.starts_with("stuck"), "{listed}");
     has(
-        &told(on_scene("static", &scene, &out, &[]), 0),
+        &told(scene_command("static", &scene, &out, &[]), 0),
         "72 contact pairs",
     );
     for command in ["mesh", "reduce"] {
         has(
-            &told(on_scene(command, &scene, &out, &[]), 2),
+            &told(scene_command(command, &scene, &out, &[]), 2),
             "has no mesh",
         );
     }
@@ -475,7 +481,7 @@ fn every_command_does_what_it_can_on_a_reduced_model() {
         "response.compare_harmonics=1",
         "response.harmonics=2",
     ];
-    ended(on_scene("run", &scene, &out, &set), 0);
+    ended(scene_command("run", &scene, &out, &set), 0);
     let summary = summary(&out);
     assert_eq!(summary["stuck_modes"], 5);
     assert_eq!(summary["static"]["slipping_pairs"], 72);
@@ -488,7 +494,7 @@ fn a_mesh_and_a_reduced_model_exclude_each_other() {
     let paper = paper_at_any_place();
     let both = format!("{paper}\n[reduced_model]\nfolder = \"x\"\nfriction = 0.3\nforce_n = 1\n");
     let scene = folder.write("scene.toml", both);
-    let stderr = told(on_scene("check", &scene, &folder, &[]), 2);
+    let stderr = told(scene_command("check", &scene, &folder, &[]), 2);
     for section in [
         "mesh",
         "body",
@@ -502,14 +508,17 @@ fn a_mesh_and_a_reduced_model_exclude_each_other() {
     }
     has(&stderr, "keep [reduced_model] alone");
     // Without it the scene is the paper's.
-    ended(on_scene("check", &scene, &folder, &["reduced_model="]), 0);
+    ended(
+        scene_command("check", &scene, &folder, &["reduced_model="]),
+        0,
+    );
 }
 
 #[test]
 fn what_a_folder_lacks_is_said() {
     let folder = Folder::new("lacks");
     let den_hartog = |command: &str, set: &str, words: &str| {
-        let wrong = on_scene(command, DEN_HARTOG, &folder.join("out"), &[set]);
+        let wrong = scene_command(command, DEN_HARTOG, &folder.join("out"), &[set]);
         has(&told(wrong, 2), words);
     };
     let words = "damping.ratio & has none & damping.stiffness_s & damping.mass_per_s";
@@ -523,7 +532,7 @@ fn what_a_folder_lacks_is_said() {
     }
     let scene = "name = \"x\"\n[reduced_model]\nfriction = -1\n[damping]\nmass_per_s = 0\n";
     let scene = folder.write("scene.toml", scene);
-    let told = told(on_scene("check", scene, &folder, &[]), 2);
+    let told = told(scene_command("check", scene, &folder, &[]), 2);
     let words = "`reduced_model.friction` is -1 & 0 or more & `reduced_model.folder` is missing \
                  & `reduced_model.force_n` is missing & no [response]";
     has(&told, words);
@@ -539,7 +548,7 @@ fn paper_at_any_place() -> String {
 /// Runs `dovetail reduce` into a folder; returns those lines of its output that can be used in a
 /// scene.
 fn reduce(scene: impl AsRef<OsStr>, out: &Path, set: &[&str]) -> String {
-    let stderr = said(&ended(on_scene("reduce", scene, out, set), 0));
+    let stderr = said(&ended(scene_command("reduce", scene, out, set), 0));
     let lines = stderr.lines().skip_while(|l| *l != "[reduced_model]");
     let is_key = |l: &&str| l.starts_with('[') || l.contains(" = ");
     let keys: Vec<&str> = lines.take_while(is_key).collect();
@@ -568,11 +577,11 @@ const TWO_POINTS: [&str; 4] = [
 #[test]
 fn a_reduced_mesh_vibrates_like_the_mesh() {
     let (meshed, again) = (Folder::new("meshed"), Folder::new("again"));
-    ended(on_scene("run", PAPER, &meshed, &TWO_POINTS), 0);
+    ended(scene_command("run", PAPER, &meshed, &TWO_POINTS), 0);
     let keys = reduce(PAPER, &again.join("model"), &[LINEAR_MESH]);
     has(&keys, "friction = 0.3\ngap_m = 0.0\nforce_n = 2.0");
     let scene = again.write("scene.toml", scene_of(&keys));
-    ended(on_scene("run", &scene, &again, &[]), 0);
+    ended(scene_command("run", &scene, &again, &[]), 0);
     assert_eq!(meshed.text("response.csv"), again.text("response.csv"));
     // The tables of the pairs as well, but for the nodes and the name of the contact.
     let from_place = |folder: &Folder, file: &str| -> Vec<String> {
@@ -611,13 +620,13 @@ fn the_folder_of_a_reduced_model_is_whole_and_its_own() {
         assert!(listed.iter().any(|f| f == file), "{file}");
     }
     let stiffness = folder.text("stiffness.mtx");
-    let other = on_scene("reduce", PAPER, &folder, &[LINEAR_MESH, "name=other"]);
+    let other = scene_command("reduce", PAPER, &folder, &[LINEAR_MESH, "name=other"]);
     has(&told(other, 2), "holds a run of the scene \"paper\"");
     assert_eq!(folder.text("stiffness.mtx"), stiffness);
     // Beside a run its files belong where the settings are the same.
     let beside = Folder::new("beside");
-    ended(on_scene("run", PAPER, &beside, &TWO_POINTS), 0);
-    let differs = on_scene("reduce", PAPER, &beside, &[LINEAR_MESH]);
+    ended(scene_command("run", PAPER, &beside, &TWO_POINTS), 0);
+    let differs = scene_command("reduce", PAPER, &beside, &[LINEAR_MESH]);
     has(&told(differs, 2), "with other settings");
     reduce(PAPER, &beside, &TWO_POINTS);
     let of_both = manifest(&beside);
@@ -648,12 +657,12 @@ fn reduce_and_then_run_gives_the_amplitudes_of_run() {
         let folder = Folder::new(&format!("forces-{}", name.replace(' ', "-")));
         let scene = folder.write("scene.toml", text);
         let set = [&[&mesh[..], force], &TWO_POINTS[1..]].concat();
-        ended(on_scene("run", &scene, &folder, &set), 0);
+        ended(scene_command("run", &scene, &folder, &set), 0);
         let amplitudes_m = |file: &str| numbers(&folder.join(file), "tip_amplitude_m");
         let of_mesh = amplitudes_m("response.csv");
         let keys = reduce(&scene, &folder.join("model"), &[&mesh, force]);
         let again = folder.write("scene.toml", scene_of(&keys));
-        ended(on_scene("run", &again, &folder.join("out"), &[]), 0);
+        ended(scene_command("run", &again, &folder.join("out"), &[]), 0);
         for (a, b) in of_mesh.iter().zip(amplitudes_m("out/response.csv")) {
             assert!((a - b).abs() <= 1e-9 * a.abs(), "{name}: {a} m, {b} m");
         }
@@ -678,11 +687,11 @@ fn a_folder_has_every_excitation_and_point() {
     let phase = "excitation.0.phase_deg=30";
     let three = "response.harmonics=3";
     let set = [&[&mesh[..], phase, three], &TWO_POINTS[1..3]].concat();
-    ended(on_scene("run", &scene, &folder, &set), 0);
+    ended(scene_command("run", &scene, &folder, &set), 0);
     let keys = reduce(&scene, &folder.join("model"), &[&mesh, phase]);
     let again = scene_of(&keys).replace("harmonics = 1", "harmonics = 3");
     let again = folder.write("scene.toml", again);
-    ended(on_scene("run", &again, &folder.join("out"), &[]), 0);
+    ended(scene_command("run", &again, &folder.join("out"), &[]), 0);
     for column in ["tip_amplitude_m", "edge_amplitude_m", "edge_h3_phase_rad"] {
         let values = |file: &str| numbers(&folder.join(file), column);
         let of_mesh = values("response.csv");
@@ -775,9 +784,9 @@ fn a_folder_is_believed_only_as_far_as_it_goes() {
         let path = folder.join("model").join(file);
         let whole = std::fs::read(&path).unwrap();
         std::fs::write(&path, &text).unwrap();
-        let told = told(on_scene("check", &scene, &folder.join("out"), &[]), 2);
+        let told = told(scene_command("check", &scene, &folder.join("out"), &[]), 2);
         std::fs::write(&path, whole).unwrap();
         has(&told, &format!("{words} & {file}"));
     }
-    ended(on_scene("check", &scene, &folder.join("out"), &[]), 0);
+    ended(scene_command("check", &scene, &folder.join("out"), &[]), 0);
 }

@@ -8,14 +8,14 @@ use dovetail::reference::{scene_tables, study_tables};
 
 use crate::reduced_scenes::stop_scene;
 use crate::shared_folder::Folder;
-use crate::shared_program::{READY_PATCH, SMALL, ended, on_scene, printed, program};
+use crate::shared_program::{READY_PATCH, SMALL, ended, printed, program, scene_command};
 use crate::shared_runs::{Run, summary};
 use dovetail_testkit::folder::root;
 
 const END: &str = "<!-- end -->";
 
 /// Page with the text between `<!-- keys: NAME -->` and `<!-- end -->` replaced.
-fn with_tables(page: &str, tables: &[(&str, String)]) -> String {
+fn replace_tables(page: &str, tables: &[(&str, String)]) -> String {
     let mut text = page.to_owned();
     for (name, table) in tables {
         let mark = format!("<!-- keys: {name} -->\n");
@@ -34,7 +34,7 @@ fn holds_its_tables(page: &str, tables: &[(&str, String)]) {
     let path = root().join(page);
     let found = std::fs::read_to_string(&path).unwrap();
     assert_eq!(found.matches("<!-- keys: ").count(), tables.len(), "{page}");
-    let expected = with_tables(&found, tables);
+    let expected = replace_tables(&found, tables);
     if std::env::var_os("UPDATE_DOCS").is_some() {
         std::fs::write(&path, &expected).unwrap();
     } else if found != expected {
@@ -166,7 +166,7 @@ fn the_page_of_the_summary_has_its_keys() {
     let jenkins = "verification/jenkins";
     let wear = Folder::new("reference_wear");
     let set = [SMALL, "response.harmonics=1", "contact.*.wear_m2_n=1e-14"];
-    let mut command = on_scene("wear", "scenes/paper.toml", &wear, &set);
+    let mut command = scene_command("wear", "scenes/paper.toml", &wear, &set);
     ended(command.args(["--cycles", "10"]), 0);
     let curve = Folder::new("reference_curve");
     let stop = stop_scene(&curve);
@@ -177,7 +177,7 @@ fn the_page_of_the_summary_has_its_keys() {
         "0.19",
     ];
     ended(
-        on_scene("curve", stop, &curve.join("out"), &[]).args(over),
+        scene_command("curve", stop, &curve.join("out"), &[]).args(over),
         0,
     );
     let mut found = BTreeSet::new();

@@ -7,8 +7,8 @@ use std::path::PathBuf;
 use crate::shared_folder::Folder;
 use crate::shared_program::has;
 use crate::shared_runs::manifest;
-use crate::shared_work::in_folder;
-use dovetail::commands::Work;
+use crate::shared_work::workspace;
+use dovetail::commands::Workspace;
 use dovetail::reporter::Reporter;
 use dovetail::scene;
 use dovetail_cache::Cache;
@@ -37,7 +37,7 @@ struct Listener {
 }
 
 impl Observer for Listener {
-    fn on(&mut self, event: &Event<'_>) -> ControlFlow<()> {
+    fn on_event(&mut self, event: &Event<'_>) -> ControlFlow<()> {
         match event {
             Event::StageEnds(end) => self.stages.push(end.stage),
             Event::LoopAdvances(steps) => self.steps += steps,
@@ -109,7 +109,7 @@ fn without_files_nothing_is_written() {
     let folder = Folder::new("run-quiet");
     let out = folder.join("out");
     let (scene, _) = jenkins();
-    let work = Work {
+    let work = Workspace {
         scene: &scene,
         folder: out.clone(),
         cache: Cache::new(None),
@@ -118,7 +118,7 @@ fn without_files_nothing_is_written() {
     };
     work.solve(Options::default()).unwrap().verdict().unwrap();
     assert!(!out.exists());
-    let stages = work.reporter.taken().stages;
+    let stages = work.reporter.run_times().stages;
     let stages: Vec<Stage> = stages.iter().map(|s| s.id).collect();
     assert!(stages.contains(&Stage::StaticState) && stages.contains(&Stage::Response));
 }
@@ -132,7 +132,7 @@ fn what_cannot_be_done_is_refused_before_the_mesh_is_looked_for() {
         scene::load(&paper, &set).unwrap()
     };
     let folder = Folder::new("run-refused");
-    let work = |scene| Work {
+    let work = |scene| Workspace {
         scene,
         folder: folder.join("out"),
         cache: Cache::new(None),
@@ -162,9 +162,9 @@ fn what_cannot_be_done_is_refused_before_the_mesh_is_looked_for() {
 fn what_the_files_say_reads_back_as_the_summary_of_the_run() {
     let out = Folder::new("run-files");
     let (scene, scene_file) = jenkins();
-    let (work, files) = in_folder(&scene, scene_file, &out);
+    let (work, files) = workspace(&scene, scene_file, &out);
     let run = work.solve(Options::default()).unwrap();
-    files.locked().take_down(work.reporter.taken());
+    files.locked().record_times(work.reporter.run_times());
     let verdict = run.verdict().map_err(Into::into);
     files.locked().finish(&verdict).unwrap();
     let read = manifest(&out);

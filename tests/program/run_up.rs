@@ -5,7 +5,7 @@ use std::path::Path;
 use std::process::Command;
 
 use crate::shared_folder::Folder;
-use crate::shared_program::{SMALL, cases, ended, has, on_scene, printed, program, told};
+use crate::shared_program::{SMALL, cases, ended, has, printed, program, scene_command, told};
 use crate::shared_runs::{Row, number, rows, summary};
 use dovetail_testkit::folder::root;
 
@@ -26,7 +26,7 @@ const UP: [&str; 3] = [
 ];
 
 fn run(command: &str, out: &Path, set: &[&str]) -> Command {
-    on_scene(
+    scene_command(
         command,
         "scenes/paper.toml",
         out,
@@ -168,7 +168,7 @@ fn what_a_run_up_excludes_is_refused_with_a_remedy() {
         "response.along_engine_order=6",
         "response.frequency_hz=[400, 500]",
     ];
-    let reduced = on_scene("run", "benches/peers/scene.toml", &out, &of_reduced);
+    let reduced = scene_command("run", "benches/peers/scene.toml", &out, &of_reduced);
     has(&told(reduced, 2), "[rotation] & one speed");
     let up = |command: &str, rest: &[&str]| {
         let mut command = run(command, &out, &UP);

@@ -146,7 +146,7 @@ fn a_wedge_damps_best_at_a_force_between_sticking_and_sliding() {
         let force_n = format!("excitation.0.force_n={force}");
         let frequency_hz = format!("response.frequency_hz={range_hz}");
         let settings = ["response.harmonics=3", &force_n, &frequency_hz];
-        let summary = Run::without_fields("platform_damper", "wedge", &settings).summary();
+        let summary = Run::run_without_fields("platform_damper", "wedge", &settings).summary();
         let response = &summary["response"];
         assert_eq!(response["unconverged"].as_array().unwrap().len(), 0);
         assert!(figure(response, "worst_energy_balance_error") < 1e-5);
@@ -182,7 +182,7 @@ fn blades_whose_shrouds_do_not_touch_are_each_alone_and_stuck_ones_are_stiffer()
     let none = "rotation.prestress=none";
     let folder = Folder::new("shroud");
     let file = blade_alone(&folder);
-    let alone = linear_hz(Run::of_file("static", &file, "alone", &[none]));
+    let alone = linear_hz(Run::run_file("static", &file, "alone", &[none]));
     let gap = "contact.shroud.gap_m=1e-3";
     let open = [none, "contact.shroud.friction=0", gap, "load="];
     let run = Run::new("static", "shroud", "apart", &open);
@@ -247,7 +247,7 @@ fn shrouds_with_a_clearance_have_two_whole_curves_and_one_of_them_turns_back() {
         "response.harmonics=7",
         "response.frequency_hz=[228, 250]",
     ];
-    let run = Run::without_fields("shroud", "shroud_clearance", &settings);
+    let run = Run::run_without_fields("shroud", "shroud_clearance", &settings);
     let points = run.table("response.csv");
     assert!(points.iter().all(|p| p["outcome"] == "converged"));
     // A curve with a gap counts as two.

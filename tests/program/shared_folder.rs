@@ -30,7 +30,7 @@ pub fn files_below(folder: &Path) -> Vec<PathBuf> {
 /// removed from a report.
 ///
 /// The effort of a run (`effort`) is never the same twice; its warnings (`warnings`) need not be.
-pub fn without_sections(bytes: Vec<u8>, names: &[&str]) -> Vec<u8> {
+pub fn drop_sections(bytes: Vec<u8>, names: &[&str]) -> Vec<u8> {
     if !bytes.starts_with(b"<!DOCTYPE html>") {
         return bytes;
     }

@@ -23,7 +23,7 @@ pub fn program(folder: &Path, words: &[&str]) -> Command {
 }
 
 /// Command `dovetail COMMAND SCENE --no-cache --out OUT --set ...` at the root of the repository.
-pub fn on_scene(command: &str, scene: impl AsRef<OsStr>, out: &Path, set: &[&str]) -> Command {
+pub fn scene_command(command: &str, scene: impl AsRef<OsStr>, out: &Path, set: &[&str]) -> Command {
     let mut program = program(root(), &[command]);
     program.arg(scene.as_ref()).arg("--no-cache");
     program.arg("--out").arg(out);
@@ -31,10 +31,10 @@ pub fn on_scene(command: &str, scene: impl AsRef<OsStr>, out: &Path, set: &[&str
     program
 }
 
-/// Command [`on_scene`] for the contact patch on its ready mesh, which needs no gmsh.
-pub fn on_patch(command: &str, out: &Path, set: &[&str]) -> Command {
+/// Command [`scene_command`] for the contact patch on its ready mesh, which needs no gmsh.
+pub fn patch_command(command: &str, out: &Path, set: &[&str]) -> Command {
     let set = [&[READY_PATCH], set].concat();
-    on_scene(command, "scenes/verification/patch.toml", out, &set)
+    scene_command(command, "scenes/verification/patch.toml", out, &set)
 }
 
 /// Runs a command, which has to end with `code`.
@@ -69,7 +69,7 @@ pub fn said(output: &Output) -> String {
 
 /// Output to stderr on one line, without the frames of a report.
 pub fn said_in_one_line(output: &Output) -> String {
-    in_one_line(&said(output))
+    unwrapped(&said(output))
 }
 
 /// Output to stderr, on one line, of a command that has to end with `code`.
@@ -90,11 +90,11 @@ pub fn rendered(error: &dyn Diagnostic) -> String {
         !text.contains("Failed to read contents"),
         "a span outside its text:\n{text}"
     );
-    in_one_line(&text)
+    unwrapped(&text)
 }
 
 /// Report without its frames and line breaks.
-pub fn in_one_line(report: &str) -> String {
+pub fn unwrapped(report: &str) -> String {
     let report = report.replace(['|', '>'], " ");
     report.split_whitespace().collect::<Vec<_>>().join(" ")
 }

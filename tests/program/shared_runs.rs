@@ -7,7 +7,7 @@ use dovetail_export::manifest::Summary;
 use serde_json::Value;
 
 use crate::shared_folder::Folder;
-use crate::shared_program::{ended, on_scene};
+use crate::shared_program::{ended, scene_command};
 
 /// Run of `dovetail COMMAND SCENE --set ...` in a folder that is removed at the end.
 pub struct Run(pub Folder);
@@ -17,21 +17,21 @@ pub type Row = HashMap<String, String>;
 impl Run {
     /// Run of the scene scenes/SCENE.toml.
     pub fn new(command: &str, scene: &str, name: &str, set: &[&str]) -> Self {
-        Self::of_file(command, file(scene), name, set)
+        Self::run_file(command, file(scene), name, set)
     }
 
     /// Run of `dovetail run` without the fields for ParaView and what they need, for tests that
     /// read tables alone.
-    pub fn without_fields(scene: &str, name: &str, set: &[&str]) -> Self {
+    pub fn run_without_fields(scene: &str, name: &str, set: &[&str]) -> Self {
         let run = Self(Folder::new(name));
-        let mut program = on_scene("run", file(scene), &run.0, set);
+        let mut program = scene_command("run", file(scene), &run.0, set);
         ended(program.arg("--no-fields"), 0);
         run
     }
 
-    pub fn of_file(command: &str, scene: impl AsRef<Path>, name: &str, set: &[&str]) -> Self {
+    pub fn run_file(command: &str, scene: impl AsRef<Path>, name: &str, set: &[&str]) -> Self {
         let run = Self(Folder::new(name));
-        ended(on_scene(command, scene.as_ref(), &run.0, set), 0);
+        ended(scene_command(command, scene.as_ref(), &run.0, set), 0);
         run
     }
 

@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use dovetail::commands::Work;
-use dovetail::files::{Files, Output, SharedFiles};
+use dovetail::commands::Workspace;
+use dovetail::files::{Output, RunFiles, SharedFiles};
 use dovetail::mesh_files;
 use dovetail::reporter::Reporter;
 use dovetail::scene;
@@ -30,11 +30,11 @@ pub fn paper(mesh: &str, overrides: &[String]) -> (Scene, Model) {
 }
 
 /// Work on a scene that writes its files into `folder`, with fields, and has no cache.
-pub fn in_folder<'a>(
+pub fn workspace<'a>(
     scene: &'a Scene,
     scene_file: PathBuf,
     folder: &Path,
-) -> (Work<'a>, Arc<SharedFiles>) {
+) -> (Workspace<'a>, Arc<SharedFiles>) {
     let output = Output {
         folder: folder.to_path_buf(),
         scene_file,
@@ -44,9 +44,9 @@ pub fn in_folder<'a>(
         stress_points: false,
         further_plots: Vec::new(),
     };
-    let files = Files::open(scene, &output, OtherScene::Refuse, Beginning::Anew).unwrap();
+    let files = RunFiles::open(scene, &output, OtherScene::Refuse, Beginning::Anew).unwrap();
     let files = SharedFiles::new(files);
-    let work = Work {
+    let work = Workspace {
         scene,
         folder: output.folder,
         cache: Cache::new(None),

@@ -6,7 +6,7 @@ use std::path::Path;
 use std::process::{Command, Output};
 
 use crate::shared_folder::Folder;
-use crate::shared_program::{ended, has, on_patch, said_in_one_line, told};
+use crate::shared_program::{ended, has, patch_command, said_in_one_line, told};
 use crate::shared_runs::{Run, number, summary};
 
 /// Young's modulus of the softer prism.
@@ -21,7 +21,7 @@ const BONDED: [&str; 2] = ["contact.flank.law=bonded", "contact.flank.friction="
 
 /// Command for the contact patch whose folder may hold a run of other settings.
 fn command(word: &str, out: &Path, set: &[&str]) -> Command {
-    let mut command = on_patch(word, out, set);
+    let mut command = patch_command(word, out, set);
     command.arg("--force");
     command
 }

@@ -9,7 +9,7 @@ use faer::{Mat, Side};
 
 use crate::shared_bodies::{assembly, body, ready};
 use crate::shared_folder::Folder;
-use crate::shared_program::{ended, has, on_patch, on_scene, program, told};
+use crate::shared_program::{ended, has, patch_command, program, scene_command, told};
 use crate::shared_runs::{number, rows, summary};
 use dovetail::scene;
 use dovetail_mesh::facet::shares;
@@ -43,7 +43,7 @@ fn spring(name: &str, first: &str, second: Option<&str>, stiffness_n_m: f64) -> 
 }
 
 /// Bodies of a mesh, named as their volumes, with springs only.
-fn on_springs(bodies: &[&str], material: Material, springs: Vec<SpringSpec>) -> Assembly {
+fn bodies_on_springs(bodies: &[&str], material: Material, springs: Vec<SpringSpec>) -> Assembly {
     let named = |name: &&str| {
         let mut body = body(name, &[]);
         body.matrices = material.into();
@@ -99,7 +99,7 @@ fn a_rigid_block_on_a_foundation_has_the_modes_of_a_rigid_body() {
         let mesh = block(element, [2, 2, 2], [a, b, h]);
         let k = 1e3;
         let springs = vec![spring("foot", "z_min", None, k)];
-        let model = bind(&on_springs(&["volume"], STEEL, springs), &mesh, None).unwrap();
+        let model = bind(&bodies_on_springs(&["volume"], STEEL, springs), &mesh, None).unwrap();
         let found = frequencies_rad_s(&model, 6);
         let m = STEEL.density_kg_m3 * a * b * h;
         assert_has(&found, (k / m).sqrt(), 1e-6, "up and down");
@@ -126,7 +126,7 @@ fn weights(mesh: &Mesh, group: &str) -> BTreeMap<u32, f64> {
     let mut weights = BTreeMap::new();
     let mut area = 0.0;
     for &f in &mesh.groups[group].elements {
-        let nodes = mesh.facets.of(f as usize);
+        let nodes = mesh.facets.element_nodes(f as usize);
         let coords: Vec<[f64; 3]> = nodes.iter().map(|&n| mesh.nodes_m[n as usize]).collect();
         for (node, share) in nodes.iter().zip(shares(&coords)) {
             *weights.entry(*node).or_default() += share.area_m2;
@@ -167,8 +167,9 @@ fn a_spring_between_two_faces_of_a_body_is_its_dense_matrix() {
             let foot = spring("foot", "z_min", None, 1e9);
             let mut between = spring("tie", "x_max", Some("y_min"), 3e9);
             between.direction = direction;
-            let bound =
-                |springs| bind(&on_springs(&["volume"], STEEL, springs), &mesh, None).unwrap();
+            let bound = |springs| {
+                bind(&bodies_on_springs(&["volume"], STEEL, springs), &mesh, None).unwrap()
+            };
             let (plain, tied) = (bound(vec![foot.clone()]), bound(vec![foot, between]));
             let stiffness =
                 |model: &Model| dense(&fem::assemble(model).unwrap().bodies[0].stiffness);
@@ -236,7 +237,7 @@ fn a_spring_between_two_bodies_has_the_modes_of_its_dense_matrix() {
     for (k, direction) in [(1e6, None), (1e11, None), (1e9, Some(OBLIQUE))] {
         let mut tie = spring("tie", "upper_z_min", Some("lower_z_max"), k);
         tie.direction = direction;
-        let mut described = on_springs(&["upper", "lower"], STEEL, feet());
+        let mut described = bodies_on_springs(&["upper", "lower"], STEEL, feet());
         let plain = bind(&described, &mesh, None).unwrap();
         let directions = direction.map_or(DIRECTIONS.to_vec(), |d| vec![d]);
         let expected = dense_omega2(&mesh, &plain, k, &directions);
@@ -271,7 +272,12 @@ fn a_bar_on_a_foundation_is_that_of_the_closed_form() {
     let axial = material.young_pa * width * width / length;
     for share in [0.1, 1.0, 10.0] {
         let springs = vec![spring("foot", "x_min", None, share * axial)];
-        let model = bind(&on_springs(&["volume"], material, springs), &mesh, None).unwrap();
+        let model = bind(
+            &bodies_on_springs(&["volume"], material, springs),
+            &mesh,
+            None,
+        )
+        .unwrap();
         let x = bisected([0.0, 0.5 * PI], |x| x * x.tan() < share);
         let speed = (material.young_pa / material.density_kg_m3).sqrt();
         let found = frequencies_rad_s(&model, 24);
@@ -287,7 +293,7 @@ fn soft_springs_do_not_matter_to_a_free_beam() {
     let mut without = None;
     for k in [1e2, 1e3, 1e4, 1e5] {
         let springs = vec![spring("soft", "z_min", None, k)];
-        let model = bind(&on_springs(&["volume"], STEEL, springs), &mesh, None).unwrap();
+        let model = bind(&bodies_on_springs(&["volume"], STEEL, springs), &mesh, None).unwrap();
         let structure = fem::assemble(&model).unwrap();
         let omega2 = stuck_modes(&structure, 8).unwrap();
         let rigid = k / (STEEL.density_kg_m3 * length * width * width);
@@ -313,7 +319,7 @@ fn soft_springs_do_not_matter_to_a_free_beam() {
 fn two_free_blocks_joined_by_a_spring_vibrate_against_each_other() {
     let folder = Folder::new("spring-blocks");
     let scene = "scenes/verification/spring_blocks.toml";
-    let told = told(on_scene("modes", scene, &folder, &[]), 0);
+    let told = told(scene_command("modes", scene, &folder, &[]), 0);
     has(&told, "spring tie: `upper_bottom` to `lower_top`");
     let modes = rows(&folder.join("modes.csv"));
     let stuck = modes.iter().filter(|row| row["kind"] == "stuck");
@@ -341,7 +347,7 @@ fn a_rigid_bar_that_a_spring_alone_holds_flaps_as_its_prestress_says() {
     let ([length, width], k, speed_rad_s) = ([0.4, 0.1], 1e5, 10.0);
     let mesh = block(ElementType::HEX20, [4, 1, 1], [length, width, width]);
     let springs = vec![spring("foot", "x_min", None, k)];
-    let mut described = on_springs(&["volume"], STEEL, springs);
+    let mut described = bodies_on_springs(&["volume"], STEEL, springs);
     described.rotation = assembly(vec![body("volume", &[])], Vec::new(), "").rotation;
     let rotation = described.rotation.as_mut().unwrap();
     rotation.axis = [0.0, 0.0, 1.0];
@@ -442,7 +448,7 @@ fn fields_have_the_nodes_of_the_mesh() {
     let mesh = two_blocks(ElementType::HEX8);
     let springs = vec![spring("tie", "upper_z_min", Some("lower_z_max"), 1.0)];
     let model = bind(
-        &on_springs(&["upper", "lower"], STEEL, springs),
+        &bodies_on_springs(&["upper", "lower"], STEEL, springs),
         &mesh,
         None,
     )
@@ -481,7 +487,7 @@ fn refused(first: &str, second: Option<&str>, fixed: &[&str]) -> ModelError {
     across.elements.clear();
     mesh.groups.insert("across".into(), across);
     let springs = vec![spring("tie", first, second, 1.0)];
-    let mut described = on_springs(&["upper", "lower"], STEEL, springs);
+    let mut described = bodies_on_springs(&["upper", "lower"], STEEL, springs);
     described.bodies[1].fixed = fixed.iter().map(|s| s.to_string()).collect();
     bind(&described, &mesh, None).unwrap_err()
 }
@@ -516,7 +522,7 @@ fn a_report_says_that_springs_hold_a_body_and_contacts_one_without_any() {
     let on_springs = "spring=[{name=\"side\",first=\"upper_top\",stiffness_n_m=1e3}]";
     for (set, expected) in [(&[][..], "contacts"), (&[on_springs], "springs")] {
         let folder = Folder::new("held-by");
-        ended(on_patch("static", &folder, set), 0);
+        ended(patch_command("static", &folder, set), 0);
         let report = folder.text("report.html");
         let (_, table) = report.split_once("<th>held by</th>").unwrap();
         let row = table

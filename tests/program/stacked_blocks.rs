@@ -114,7 +114,7 @@ fn assert_slides_as_one_body(cells: usize, resolution: &str, most_iterations: f6
     let folder = Folder::new("stacked-blocks");
     folder.write("blocks.inp", deck(cells));
     let file = folder.write("scene.toml", scene() + resolution);
-    let run = Run::of_file("run", &file, "stacked-blocks", &[]);
+    let run = Run::run_file("run", &file, "stacked-blocks", &[]);
     let mass_kg = BLOCKS as f64 * block_mass_kg();
     let response = run.table("response.csv");
     assert_eq!(response.len(), FREQUENCIES_HZ.len());

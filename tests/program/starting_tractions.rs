@@ -1,6 +1,6 @@
 //! The range of a response over the tractions from which it may start.
 
-use crate::shared_program::{SMALL, in_one_line, on_scene, said};
+use crate::shared_program::{SMALL, said, scene_command, unwrapped};
 use crate::shared_runs::{Run, number};
 use dovetail_testkit::folder::Folder;
 
@@ -14,7 +14,7 @@ fn run(name: &str, set: &[&str]) -> Run {
         "response.harmonics=1",
         "response.samples=64",
     ];
-    Run::without_fields("paper", name, &[&quick[..], set].concat())
+    Run::run_without_fields("paper", name, &[&quick[..], set].concat())
 }
 
 /// Under a small force the tractions make a difference: the range holds the peaks of all, and that of
@@ -73,11 +73,11 @@ fn starting_tractions_exclude_a_run_up() {
         "response.times_first_linear_mode=",
         "response.speed_rpm=[4000, 6000]",
     ];
-    let output = on_scene("run", "scenes/paper.toml", &out, &set)
+    let output = scene_command("run", "scenes/paper.toml", &out, &set)
         .output()
         .unwrap();
     assert!(!output.status.success());
-    let said = in_one_line(&said(&output));
+    let said = unwrapped(&said(&output));
     for word in [
         "static.starting_tractions",
         "exclude each other",

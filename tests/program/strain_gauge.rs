@@ -1,7 +1,7 @@
 //! A strain gauge from the scene to its tables, curves and report, and from a folder of a reduced
 //! model.
 
-use crate::shared_program::{SMALL, in_one_line, on_scene, said};
+use crate::shared_program::{SMALL, said, scene_command, unwrapped};
 use crate::shared_runs::{Run, number};
 use dovetail_testkit::folder::{Folder, root};
 
@@ -16,7 +16,7 @@ const QUICK: [&str; 5] = [
 ];
 
 /// The paper's scene on its small mesh with a gauge behind its observed displacement.
-fn with_gauge(folder: &Folder) -> std::path::PathBuf {
+fn gauge_scene(folder: &Folder) -> std::path::PathBuf {
     let paper = std::fs::read_to_string(root().join("scenes/paper.toml")).unwrap();
     folder.write("scene.toml", format!("{paper}\n{GAUGE}"))
 }
@@ -33,10 +33,10 @@ fn small() -> String {
 #[test]
 fn a_gauge_stands_in_tables_curves_report_and_folders() {
     let folder = Folder::new("strain_gauge");
-    let scene = with_gauge(&folder);
+    let scene = gauge_scene(&folder);
     let mesh = small();
     let set = [&[mesh.as_str()], &QUICK[..]].concat();
-    let run = Run::of_file("run", &scene, "strain_gauge", &set);
+    let run = Run::run_file("run", &scene, "strain_gauge", &set);
     let observed = &run.summary()["observations"];
     assert_eq!(observed[0]["quantity"], "displacement");
     assert_eq!(observed[1]["quantity"], "strain");
@@ -66,7 +66,7 @@ fn a_gauge_stands_in_tables_curves_report_and_folders() {
     assert!(picture.contains("m/m"), "the unit of a strain");
 
     let reduced = Folder::new("strain_gauge_reduced");
-    let mut reduce = on_scene("reduce", &scene, &reduced, &[mesh.as_str()]);
+    let mut reduce = scene_command("reduce", &scene, &reduced, &[mesh.as_str()]);
     assert!(reduce.output().unwrap().status.success());
     let model = std::fs::read_to_string(reduced.join("model.json")).unwrap();
     assert!(model.contains("\"observed_strains\""), "{model}");
@@ -75,7 +75,7 @@ fn a_gauge_stands_in_tables_curves_report_and_folders() {
                 [damping]\nratio = 0.001\nlinear_mode = 1\n[response]\nharmonics = 1\n\
                 samples = 64\npoints = 3\ntimes_first_linear_mode = [0.998, 1.0]\n";
     let of_folder = reduced.write("of_folder.toml", rest);
-    let again = Run::of_file("run", &of_folder, "strain_gauge_again", &[]);
+    let again = Run::run_file("run", &of_folder, "strain_gauge_again", &[]);
     let name = "gauge_linear_amplitude_strain";
     for (a, b) in response.iter().zip(&again.table("response.csv")) {
         let [a, b] = [a, b].map(|row| number(row, name));
@@ -86,15 +86,15 @@ fn a_gauge_stands_in_tables_curves_report_and_folders() {
 #[test]
 fn a_gauge_is_no_displacement() {
     let folder = Folder::new("strain_gauge_refused");
-    let scene = with_gauge(&folder);
+    let scene = gauge_scene(&folder);
     let mesh = small();
     let set = [&[mesh.as_str()], &QUICK[..]].concat();
     let refused = |command: &str, set: &[&str], more: &[&str], words: &[&str]| {
-        let output = on_scene(command, &scene, &folder.join("out"), set)
+        let output = scene_command(command, &scene, &folder.join("out"), set)
             .args(more)
             .output()
             .unwrap();
-        let said = in_one_line(&said(&output));
+        let said = unwrapped(&said(&output));
         assert!(!output.status.success(), "{said}");
         for word in words {
             assert!(said.contains(word), "{word}: {said}");

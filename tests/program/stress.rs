@@ -5,7 +5,7 @@ use std::path::Path;
 use std::process::Command;
 
 use crate::shared_folder::Folder;
-use crate::shared_program::{SMALL, ended, has, on_scene, told};
+use crate::shared_program::{SMALL, ended, has, scene_command, told};
 use crate::shared_runs::{Row, number, rows, summary};
 
 /// Settings of the paper's scene for a quick response of one harmonic on its smallest mesh.
@@ -20,7 +20,7 @@ const QUICK: [&str; 6] = [
 const STRENGTH: [&str; 2] = ["body.*.endurance_pa=450e6", "body.*.ultimate_pa=950e6"];
 
 fn run(out: &Path, set: &[&str]) -> Command {
-    on_scene("run", "scenes/paper.toml", out, &[&QUICK[..], set].concat())
+    scene_command("run", "scenes/paper.toml", out, &[&QUICK[..], set].concat())
 }
 
 fn table(out: &Path, file: &str) -> Vec<Row> {

@@ -86,7 +86,9 @@ impl Folder {
     fn kill(&self, mut study: Child) {
         study.kill().unwrap();
         study.wait().unwrap();
-        until("its cases have ended", || at_work(&self.0).is_empty());
+        wait_until("its cases have ended", || {
+            running_commands(&self.0).is_empty()
+        });
     }
     fn text(&self, file: &str) -> String {
         self.0.text(file)
@@ -129,7 +131,7 @@ fn has_lines(text: &str, lines: &[&str]) {
 }
 
 /// Waits for at most two minutes.
-fn until(what: &str, condition: impl Fn() -> bool) {
+fn wait_until(what: &str, condition: impl Fn() -> bool) {
     let begin = Instant::now();
     while !condition() {
         assert!(begin.elapsed() < Duration::from_secs(120), "{what}");
@@ -397,7 +399,7 @@ fn a_killed_study_is_taken_up_where_it_was() {
             .filter(|s| folder.case(s, "outcome.json").exists());
         ended.count()
     };
-    until("two cases have ended and a third one has begun", || {
+    wait_until("two cases have ended and a third one has begun", || {
         complete() >= 2 && folder.case(all[complete()], "case.json").exists()
     });
     folder.kill(child);
@@ -466,7 +468,7 @@ base = 1
     let child = folder.begin(&["--quiet"]);
     let journal = folder.case("base", "response.journal");
     // Six of the 400: the rest takes longer than what follows until the case is killed.
-    until("frequencies are solved", || {
+    wait_until("frequencies are solved", || {
         std::fs::metadata(&journal).is_ok_and(|m| m.len() >= 100_000)
     });
     // Another copy of the case, such as a cluster starts that has lost sight of this one, leaves it
@@ -492,7 +494,7 @@ base = 1
 }
 
 /// Command lines of the running processes that name the folder (Linux).
-fn at_work(folder: &Path) -> Vec<String> {
+fn running_commands(folder: &Path) -> Vec<String> {
     let folder = folder.to_str().unwrap();
     let entries = std::fs::read_dir("/proc").into_iter().flatten().flatten();
     entries
@@ -513,7 +515,7 @@ fn a_case_ends_when_its_study_does() {
     program.stdin(Stdio::piped()).stderr(Stdio::null());
     let mut child = program.spawn().unwrap();
     // It works, and its input is open.
-    until("the case has begun", || folder.0.join("out").exists());
+    wait_until("the case has begun", || folder.0.join("out").exists());
     assert!(child.try_wait().unwrap().is_none(), "ended too early");
     drop(child.stdin.take());
     let begin = Instant::now();

@@ -438,7 +438,7 @@ fn text_of(page: &str) -> String {
 }
 
 /// Lines that are not code, by fences or by an indent of four after an empty line.
-fn without_code(text: &str) -> String {
+fn prose_lines(text: &str) -> String {
     let (mut fenced, mut code, mut empty) = (false, false, true);
     let mut out = String::new();
     for line in text.lines() {
@@ -456,7 +456,7 @@ fn without_code(text: &str) -> String {
 
 /// Targets of `[text](target)`, without code spans.
 fn links(text: &str) -> Vec<String> {
-    let plain: String = without_code(text).split('`').step_by(2).collect();
+    let plain: String = prose_lines(text).split('`').step_by(2).collect();
     let after = plain.split("](").skip(1);
     after
         .filter_map(|rest| Some(rest.split_once(')')?.0.to_owned()))
@@ -539,7 +539,7 @@ fn paths_that_the_book_names_exist() {
     ];
     let (mut checked, mut wrong) = (0, Vec::new());
     for page in prose() {
-        let text = without_code(&text_of(&page));
+        let text = prose_lines(&text_of(&page));
         for quoted in text.split('`').skip(1).step_by(2) {
             // Files that a guide lets the reader write, and commands, are none of these.
             let is_path = folders.iter().any(|f| quoted.starts_with(f))

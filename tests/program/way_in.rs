@@ -9,7 +9,7 @@ use std::process::Command;
 use serde_json::Value;
 
 use crate::shared_folder::Folder;
-use crate::shared_program::{self, cases, ended, has, needs_gmsh, on_scene, program, told};
+use crate::shared_program::{self, cases, ended, has, needs_gmsh, program, scene_command, told};
 use crate::shared_runs::{numbers, summary};
 use crate::tutorial::same_line;
 use dovetail_testkit::folder::root;
@@ -117,7 +117,7 @@ struct Schema(boon::Schemas, boon::SchemaIndex);
 
 impl Schema {
     /// Schema printed by the program; panics if it is not a valid schema.
-    fn of(kind: &str) -> Self {
+    fn new(kind: &str) -> Self {
         let text = printed(program(root(), &["schema", kind]));
         let schema = serde_json::from_str(&text).unwrap();
         let (mut schemas, mut compiler) = (boon::Schemas::new(), boon::Compiler::new());
@@ -150,7 +150,7 @@ fn the_schemas_take_every_scene_and_every_study() {
     let studies = files_in(&["studies"]);
     assert!(scenes.len() >= 12 && studies.len() >= 4);
     for (kind, files) in [("scene", scenes), ("study", studies)] {
-        let schema = Schema::of(kind);
+        let schema = Schema::new(kind);
         for file in files {
             let text = fs::read_to_string(&file).unwrap();
             assert_eq!(schema.problem(&text), None, "{}", file.display());
@@ -178,7 +178,7 @@ fn the_schemas_refuse_wrong_keys_types_and_values() {
         ("scene", "scenes/paper.toml", of_scene),
         ("study", "studies/quick.toml", of_study),
     ] {
-        let schema = Schema::of(kind);
+        let schema = Schema::new(kind);
         let text = fs::read_to_string(root().join(file)).unwrap();
         for [from, to, place] in cases(table) {
             assert!(text.contains(&from), "{from}");
@@ -236,7 +236,7 @@ fn a_volume_that_is_held_in_place_of_a_face_is_warned_of() {
     let mesh = |fixed: &str| {
         let set = format!("body.jaw.fixed=[{fixed:?}]");
         told(
-            on_scene("mesh", "scenes/decks/joint.toml", &folder, &[&set]),
+            scene_command("mesh", "scenes/decks/joint.toml", &folder, &[&set]),
             0,
         )
     };

@@ -4,7 +4,7 @@ use std::path::Path;
 use std::process::Command;
 
 use crate::shared_folder::Folder;
-use crate::shared_program::{READY_PATCH, SMALL, ended, has, on_scene, printed, told};
+use crate::shared_program::{READY_PATCH, SMALL, ended, has, printed, scene_command, told};
 use crate::shared_runs::{number, numbers, rows, sum, summary};
 use dovetail_testkit::folder::root;
 
@@ -16,7 +16,7 @@ fn dovetail(out: &Path, rest: &[&str]) -> Command {
         "response.harmonics=1",
         "contact.*.wear_m2_n=1e-14",
     ];
-    let mut command = on_scene("wear", "scenes/paper.toml", out, &set);
+    let mut command = scene_command("wear", "scenes/paper.toml", out, &set);
     command.args(rest);
     command
 }
@@ -86,7 +86,7 @@ fn the_parts_of_a_mission_have_columns_of_their_own() {
         "contact.left.wear_m2_n=1e-14",
     ];
     let command = |rest: &[&str]| {
-        let mut command = on_scene("wear", &file, &out, &set);
+        let mut command = scene_command("wear", &file, &out, &set);
         command.args(["--cycles", "1e5"]).args(rest);
         command
     };
@@ -135,7 +135,7 @@ fn what_cannot_wear_is_refused_with_a_remedy() {
     }
     let set = [READY_PATCH, "mission.0.share=0"];
     let patch = "scenes/verification/patch.toml";
-    let mut command = on_scene("wear", patch, &out, &set);
+    let mut command = scene_command("wear", patch, &out, &set);
     command.args(["--cycles", "1"]);
     has(&told(command, 2), "mission");
 }

@@ -5,7 +5,7 @@ use std::path::Path;
 use std::process::Command;
 
 use crate::shared_folder::Folder;
-use crate::shared_program::{has, needs_gmsh, on_scene, told};
+use crate::shared_program::{has, needs_gmsh, scene_command, told};
 use crate::shared_runs::summary;
 use dovetail_mesh::Mesh;
 
@@ -47,7 +47,7 @@ fn said_of(folder: &Folder, deck: &str, more: &str) -> String {
          body = [{{ name = \"bar\", volume = \"Bar\", fixed = [\"End\"], young_pa = 200e9, poisson = 0.3, density_kg_m3 = 7800 }}]\n{more}"
     );
     let scene = folder.write("bar.toml", scene);
-    let mut mesh = on_scene("mesh", scene, &folder.join("out"), &[]);
+    let mut mesh = scene_command("mesh", scene, &folder.join("out"), &[]);
     told(mesh.arg("--force"), 0)
 }
 
@@ -217,7 +217,7 @@ fn all_regions_of_a_pressure_field_press() {
             body = [{ name = \"bar\", volume = \"Bar\", fixed_y = [\"Bar\"], fixed_z = [\"Bar\"], fixed_x = [\"End\"], \
             young_pa = 200e9, poisson = 0.0, density_kg_m3 = 7800 }]\n";
         let scene = folder.write("bar.toml", scene);
-        let mut run = on_scene("run", scene, &folder.join("out"), &[]);
+        let mut run = scene_command("run", scene, &folder.join("out"), &[]);
         told(run.arg("--force"), 0);
         peak(&folder.join("out"))
     };

@@ -5,10 +5,10 @@ use std::process::Output;
 use serde_json::Value;
 
 use crate::shared_folder::Folder;
-use crate::shared_program::{SMALL, ended, has, on_scene, printed, program, said};
+use crate::shared_program::{SMALL, ended, has, printed, program, said, scene_command};
 use crate::shared_runs::{number, rows, summary};
 use dovetail_export::words::{
-    cycle_counts, error_words, figure, quantity_beside, supported_digits,
+    cycle_counts, error_words, figure, quantity_in_prefix, supported_digits,
 };
 use dovetail_solver::dlft::CycleCounts;
 use dovetail_testkit::folder::root;
@@ -33,7 +33,7 @@ fn run(name: &str, arguments: &[&str]) -> (Folder, Output) {
     let folder = Folder::new(name);
     let scene = SCENE.replace("ROOT", root().to_str().unwrap());
     let scene = folder.write("scene.toml", scene);
-    let output = ended(on_scene("run", scene, &folder, &[]).args(arguments), 0);
+    let output = ended(scene_command("run", scene, &folder, &[]).args(arguments), 0);
     (folder, output)
 }
 
@@ -166,7 +166,7 @@ fn console_report_and_summary_have_the_same_peak_of_each_observation() {
         .join(SMALL.rsplit('=').next().unwrap());
     let mesh = format!("mesh.file={}", mesh.display());
     let set = [&mesh, "response.compare_harmonics=", "response.samples=64"];
-    let mut run = on_scene("run", scene, &folder, &set);
+    let mut run = scene_command("run", scene, &folder, &set);
     let told = printed(&ended(run.arg("--no-fields"), 0));
     let (summary, report) = (summary(&folder), folder.text("report.html"));
     let (response, table) = (&summary["response"], rows(&folder.join("response.csv")));
@@ -194,10 +194,10 @@ fn console_report_and_summary_have_the_same_peak_of_each_observation() {
         let digits = supported_digits(amplitude, Some(error));
         let linear = of("linear_peak_amplitude_m");
         let words = [
-            quantity_beside(amplitude, linear, unit, digits),
+            quantity_in_prefix(amplitude, linear, unit, digits),
             error_words(error),
             format!("{} Hz", figure(of("peak_frequency_hz"), 6)),
-            quantity_beside(linear, linear, unit, 4),
+            quantity_in_prefix(linear, linear, unit, 4),
             format!("{} Hz", figure(of("linear_peak_frequency_hz"), 6)),
             figure(of("peak_ratio"), digits.min(3)),
             format!(

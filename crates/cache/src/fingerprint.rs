@@ -57,12 +57,12 @@ fn key_of(fingerprint: Option<[u8; 32]>) -> [u8; 32] {
     fingerprint.unwrap_or_else(|| {
         let time = SystemTime::now().duration_since(UNIX_EPOCH);
         let (process, random) = (std::process::id(), RandomState::new().hash_one(0));
-        let own = [
+        let identity = [
             process.into(),
             time.unwrap_or_default().as_nanos(),
             random.into(),
         ];
-        *blake3::hash(own.map(u128::to_le_bytes).as_flattened()).as_bytes()
+        *blake3::hash(identity.map(u128::to_le_bytes).as_flattened()).as_bytes()
     })
 }
 
@@ -107,8 +107,8 @@ fn settings() -> BTreeMap<OsString, OsString> {
 
 /// Model and features of the first processor.
 fn processor() -> String {
-    let all = fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
-    let first = all.split("\n\n").next().unwrap_or_default();
+    let cpuinfo = fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let first = cpuinfo.split("\n\n").next().unwrap_or_default();
     let telling = ["vendor_id", "cpu family", "model", "flags", "Features"];
     let lines = first
         .lines()

@@ -22,7 +22,7 @@ const TAG_TEXT: &str = "Signature: 8a477f597d28d172789f06886806bc55
 
 /// Kind of content of an entry.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Kind {
+pub(crate) enum EntryKind {
     Mesh,
     ReducedModel,
     Recovery,
@@ -30,7 +30,7 @@ pub(crate) enum Kind {
     HeldModes,
 }
 
-impl Kind {
+impl EntryKind {
     const ALL: [Self; 4] = [
         Self::Mesh,
         Self::ReducedModel,
@@ -67,13 +67,13 @@ fn role(name: &str) -> Option<Role> {
     };
     let (kind, hash) = entry.split_once('-')?;
     let is_hexadecimal = |c: u8| c.is_ascii_digit() || (b'a'..=b'f').contains(&c);
-    let is_entry = Kind::ALL.iter().any(|k| k.word() == kind)
+    let is_entry = EntryKind::ALL.iter().any(|k| k.word() == kind)
         && hash.len() == 64
         && hash.bytes().all(is_hexadecimal);
     is_entry.then_some(role)
 }
 
-pub(crate) fn lock_of(entry: &Path) -> PathBuf {
+pub(crate) fn lock_path(entry: &Path) -> PathBuf {
     entry.with_extension("lock")
 }
 
@@ -82,7 +82,7 @@ pub(crate) fn lock_of(entry: &Path) -> PathBuf {
 pub(crate) struct Folder(PathBuf);
 
 impl Folder {
-    pub(crate) fn under(parent: &Path) -> Self {
+    pub(crate) fn new(parent: &Path) -> Self {
         Self(parent.join(SUBFOLDER))
     }
 
@@ -91,7 +91,7 @@ impl Folder {
         self.0.parent()
     }
 
-    pub(crate) fn entry(&self, kind: Kind, hash: [u8; 32]) -> PathBuf {
+    pub(crate) fn entry(&self, kind: EntryKind, hash: [u8; 32]) -> PathBuf {
         let hash = blake3::Hash::from_bytes(hash).to_hex();
         self.0.join(format!("{}-{hash}", kind.word()))
     }
@@ -206,7 +206,7 @@ pub(crate) mod tests {
     impl Bench {
         pub fn new() -> Self {
             let parent = tempfile::tempdir().unwrap();
-            let folder = Folder::under(parent.path());
+            let folder = Folder::new(parent.path());
             folder.prepare().unwrap();
             Self { parent, folder }
         }
@@ -239,14 +239,14 @@ pub(crate) mod tests {
     #[test]
     fn only_names_that_the_cache_gives_are_its_own() {
         let hash = "0123456789abcdef".repeat(4);
-        for kind in Kind::ALL {
-            let bench = Folder::under(Path::new("x"));
+        for kind in EntryKind::ALL {
+            let bench = Folder::new(Path::new("x"));
             let path = bench.entry(kind, [0xa5; 32]);
             let of = |path: &Path| role(path.file_name().unwrap().to_str().unwrap());
             assert_eq!(of(&path), Some(Role::Entry));
             let part = path.with_extension("aB3dE6.part");
             assert_eq!(of(&part), Some(Role::Part));
-            assert_eq!(of(&lock_of(&path)), Some(Role::Lock));
+            assert_eq!(of(&lock_path(&path)), Some(Role::Lock));
         }
         for other in [
             "a.lock".to_owned(),

@@ -2,9 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::folder::Kind;
-use crate::{Cache, Key, Log, Turn};
-use dovetail_solver::run::{self, Entry, Place, ReductionInputs};
+use crate::folder::EntryKind;
+use crate::{Cache, EntryClaim, EntryKey, Log};
+use dovetail_solver::run::{self, ReductionInputs, StoreEntry, StoreSlot};
 
 /// Mesh that gmsh made in an earlier run.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -20,8 +20,8 @@ pub struct KeptMesh {
 /// Meshes. `inputs` are small: the package that names their type compiles how they are hashed.
 impl Cache {
     /// Key of the mesh that is made of `inputs`; `None` if nothing is kept.
-    pub fn mesh_key(&self, inputs: &impl Serialize) -> Option<Key> {
-        self.key(Kind::Mesh, inputs)
+    pub fn mesh_key(&self, inputs: &impl Serialize) -> Option<EntryKey> {
+        self.key(EntryKind::Mesh, inputs)
     }
 
     /// Passes the mesh of an earlier run to `accept`, also if another run has just made it. A mesh
@@ -32,61 +32,67 @@ impl Cache {
     /// right.
     pub fn mesh(
         &self,
-        key: Option<&Key>,
+        key: Option<&EntryKey>,
         accept: &mut dyn FnMut(KeptMesh) -> Result<(), String>,
         log: &dyn Log,
-    ) -> Result<(), Option<Turn>> {
+    ) -> Result<(), Option<EntryClaim>> {
         self.get_or_turn(key, accept, log)
     }
 
     /// Keeps a mesh.
-    pub fn keep_mesh(&self, key: &Key, mesh: &KeptMesh, log: &dyn Log) {
-        self.put(Some(key), mesh, log);
+    pub fn keep_mesh(&self, key: &EntryKey, mesh: &KeptMesh, log: &dyn Log) {
+        self.store_entry(Some(key), mesh, log);
     }
 }
 
 /// Reductions, and what belongs to the model of one, under the key of its inputs.
 impl Cache {
     /// Key of a reduction; `None` if nothing is kept.
-    pub fn reduction_key(&self, inputs: &ReductionInputs) -> Option<run::Key> {
-        self.key(Kind::ReducedModel, inputs).map(|key| key.hash)
+    pub fn reduction_key(&self, inputs: &ReductionInputs) -> Option<run::ReductionKey> {
+        self.key(EntryKind::ReducedModel, inputs)
+            .map(|key| key.hash)
     }
 
     /// Fills a place with the entry of an earlier run under the key of a reduction. The place stays
     /// empty without such an entry. A reduction counts also if another run has just made it; without
     /// one returns the right to make it until it is dropped, if there is such a right.
-    pub fn load(&self, key: &run::Key, place: Place<'_>, log: &dyn Log) -> Option<Turn> {
+    pub fn load(
+        &self,
+        key: &run::ReductionKey,
+        place: StoreSlot<'_>,
+        log: &dyn Log,
+    ) -> Option<EntryClaim> {
         match place {
-            Place::Reduction(place) => {
-                let key = self.key(Kind::ReducedModel, key);
+            StoreSlot::Reduction(place) => {
+                let key = self.key(EntryKind::ReducedModel, key);
                 match self.get_or_turn(key.as_ref(), Ok, log) {
                     Ok(found) => *place = Some(found),
                     Err(turn) => return turn,
                 }
             }
-            Place::Recovery(place) => {
-                *place = self.get(self.key(Kind::Recovery, key).as_ref(), Ok, log);
+            StoreSlot::Recovery(place) => {
+                *place = self.get(self.key(EntryKind::Recovery, key).as_ref(), Ok, log);
             }
-            Place::HeldModes(place) => {
-                *place = self.get(self.key(Kind::HeldModes, key).as_ref(), Ok, log);
+            StoreSlot::HeldModes(place) => {
+                *place = self.get(self.key(EntryKind::HeldModes, key).as_ref(), Ok, log);
             }
         }
         None
     }
 
     /// Keeps an entry under the key of a reduction.
-    pub fn keep(&self, key: &run::Key, entry: Entry<'_>, log: &dyn Log) {
+    pub fn keep(&self, key: &run::ReductionKey, entry: StoreEntry<'_>, log: &dyn Log) {
         match entry {
-            Entry::Reduction(reduction, recovery) => {
-                let own = self.key(Kind::ReducedModel, key);
-                self.put(own.as_ref(), reduction, log);
-                self.keep(key, Entry::Recovery(recovery), log);
+            StoreEntry::Reduction(reduction, recovery) => {
+                let model_key = self.key(EntryKind::ReducedModel, key);
+                self.store_entry(model_key.as_ref(), reduction, log);
+                self.keep(key, StoreEntry::Recovery(recovery), log);
             }
-            Entry::Recovery(recovery) => {
-                self.put(self.key(Kind::Recovery, key).as_ref(), recovery, log);
+            StoreEntry::Recovery(recovery) => {
+                self.store_entry(self.key(EntryKind::Recovery, key).as_ref(), recovery, log);
             }
-            Entry::HeldModes(modes) => {
-                self.put(self.key(Kind::HeldModes, key).as_ref(), &modes, log);
+            StoreEntry::HeldModes(modes) => {
+                self.store_entry(self.key(EntryKind::HeldModes, key).as_ref(), &modes, log);
             }
         }
     }

@@ -36,10 +36,10 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use self::fingerprint::{fingerprint, hash_of};
-use self::folder::{Folder, Kind};
+use self::folder::{EntryKind, Folder};
 pub use self::kept::KeptMesh;
 pub use self::settings::{CacheSettings, EnvironmentError, gibibytes};
-pub use self::turn::Turn;
+pub use self::turn::EntryClaim;
 use dovetail_export::warning::{Warning, remark};
 
 /// Version of the format of the entries. The program is part of every key, so this matters only to
@@ -64,8 +64,8 @@ pub struct Cache {
 
 /// Key of an entry: the kind of its content, and the hash of its inputs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Key {
-    kind: Kind,
+pub struct EntryKey {
+    kind: EntryKind,
     hash: [u8; 32],
 }
 
@@ -74,7 +74,7 @@ impl Cache {
     pub fn new(settings: Option<&CacheSettings>) -> Self {
         let settings = settings.filter(|s| s.limit_bytes > 0);
         Self {
-            place: settings.map(|s| (Folder::under(&s.folder), s.limit_bytes)),
+            place: settings.map(|s| (Folder::new(&s.folder), s.limit_bytes)),
         }
     }
 
@@ -85,23 +85,23 @@ impl Cache {
     }
 
     /// Returns `true` if entries are kept.
-    pub fn is_on(&self) -> bool {
+    pub fn is_enabled(&self) -> bool {
         self.place.is_some()
     }
 
     /// Key of an entry of this kind that depends on `inputs` and on this program; `None` if nothing
     /// is kept.
-    fn key(&self, kind: Kind, inputs: &impl Serialize) -> Option<Key> {
+    fn key(&self, kind: EntryKind, inputs: &impl Serialize) -> Option<EntryKey> {
         self.place.as_ref()?;
         let hash = hash_of(&(FORMAT, kind.word(), fingerprint()?, inputs))?;
-        Some(Key { kind, hash })
+        Some(EntryKey { kind, hash })
     }
 
     /// Reads an entry and passes it to `accept`. Returns the result if there is an intact entry
     /// that is accepted, and marks the entry as used. A damaged or rejected entry is removed.
     fn get<T: DeserializeOwned, U>(
         &self,
-        key: Option<&Key>,
+        key: Option<&EntryKey>,
         mut accept: impl FnMut(T) -> Result<U, String>,
         log: &dyn Log,
     ) -> Option<U> {
@@ -131,13 +131,13 @@ impl Cache {
     }
 
     /// Reads an entry like [`Cache::get`], also if another run has just made it. Otherwise returns
-    /// the right to make it, until the [`Turn`] is dropped: other runs that need it wait.
+    /// the right to make it, until the [`EntryClaim`] is dropped: other runs that need it wait.
     fn get_or_turn<T: DeserializeOwned, U>(
         &self,
-        key: Option<&Key>,
+        key: Option<&EntryKey>,
         mut accept: impl FnMut(T) -> Result<U, String>,
         log: &dyn Log,
-    ) -> Result<U, Option<Turn>> {
+    ) -> Result<U, Option<EntryClaim>> {
         if let Some(found) = self.get(key, &mut accept, log) {
             return Ok(found);
         }
@@ -147,7 +147,7 @@ impl Cache {
         if folder.prepare().is_err() {
             return Err(None); // told when the entry is to be kept
         }
-        let turn = Turn::wait(&folder.entry(key.kind, key.hash), || {
+        let turn = EntryClaim::wait(&folder.entry(key.kind, key.hash), || {
             log.note(&format!(
                 "another run makes the same entry ({}): waiting for it",
                 key.kind.word()
@@ -160,7 +160,7 @@ impl Cache {
     }
 
     /// Keeps an entry, and removes the least recently used ones above the limit.
-    fn put(&self, key: Option<&Key>, value: &impl Serialize, log: &dyn Log) {
+    fn store_entry(&self, key: Option<&EntryKey>, value: &impl Serialize, log: &dyn Log) {
         let (Some((folder, limit_bytes)), Some(key)) = (&self.place, key) else {
             return;
         };

@@ -36,11 +36,11 @@ pub fn amplitude_m(harmonics: usize) -> Result<f64, ResponseError> {
     // A pair has three relative displacements: the normal one, and two along the ground. Nothing
     // moves while the pair sticks, so there are no modes.
     let identity = Mat::identity(3, 3);
-    let model = ReducedModel::of_pairs(identity.clone(), identity)
+    let model = ReducedModel::from_pair_matrices(identity.clone(), identity)
         .static_load([-1.0, 0.0, 0.0]) // compression is negative
         .unit_load([0.0, 1.0, 0.0])
         .observe("mass", [0.0, 1.0, 0.0]);
-    let problem = Problem::of_one_law(model, PairLaw::rigid(FRICTION, 0.0), 1.0);
+    let problem = Problem::uniform(model, PairLaw::rigid(FRICTION, 0.0), 1.0);
     let solved = ForcedResponse::new(&problem)
         .resolution(Resolution::fixed(harmonics, 512))
         .frequencies_hz([RATIO / TAU])

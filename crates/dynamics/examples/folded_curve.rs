@@ -20,11 +20,11 @@ fn main() -> Result<(), ResponseError> {
 pub fn curve() -> Result<Vec<(f64, f64)>, ResponseError> {
     // A pair has three relative displacements: the normal one, and two along the stop.
     let identity = Mat::identity(3, 3);
-    let model = ReducedModel::of_pairs(identity.clone(), identity)
+    let model = ReducedModel::from_pair_matrices(identity.clone(), identity)
         .unit_load([1.0, 0.0, 0.0])
         .observe("mass", [1.0, 0.0, 0.0]);
     let stop = PairLaw::rigid(0.0, 1.0).springs(5.0, 1.0);
-    let problem = Problem::of_one_law(model, stop, 0.1);
+    let problem = Problem::uniform(model, stop, 0.1);
     let mut response = ForcedResponse::new(&problem)
         .damping(DampingSpec::Rayleigh {
             stiffness_s: 0.0,

@@ -56,7 +56,7 @@ pub struct Rayleigh {
 
 impl Rayleigh {
     /// No damping.
-    pub const NONE: Self = Self::of_stiffness(0.0);
+    pub const NONE: Self = Self::stiffness_proportional(0.0);
 
     /// Damping of these coefficients, in s and in 1/s.
     pub const fn new(stiffness_s: f64, mass_per_s: f64) -> Self {
@@ -67,12 +67,12 @@ impl Rayleigh {
     }
 
     /// Damping proportional to the stiffness, with the coefficient in s.
-    pub const fn of_stiffness(stiffness_s: f64) -> Self {
+    pub const fn stiffness_proportional(stiffness_s: f64) -> Self {
         Self::new(stiffness_s, 0.0)
     }
 
     /// Damping proportional to the mass, with the coefficient in 1/s.
-    pub const fn of_mass(mass_per_s: f64) -> Self {
+    pub const fn mass_proportional(mass_per_s: f64) -> Self {
         Self::new(0.0, mass_per_s)
     }
 
@@ -82,10 +82,10 @@ impl Rayleigh {
     /// ```
     /// use dovetail_dynamics::damping::Rayleigh;
     ///
-    /// assert_eq!(Rayleigh::of_ratio(0.01, 100.0).stiffness_s, 2e-4);
+    /// assert_eq!(Rayleigh::from_damping_ratio(0.01, 100.0).stiffness_s, 2e-4);
     /// ```
-    pub const fn of_ratio(ratio: f64, omega_rad_s: f64) -> Self {
-        Self::of_stiffness(2.0 * ratio / omega_rad_s)
+    pub const fn from_damping_ratio(ratio: f64, omega_rad_s: f64) -> Self {
+        Self::stiffness_proportional(2.0 * ratio / omega_rad_s)
     }
 }
 
@@ -102,7 +102,7 @@ pub struct ModalStiffness {
 impl ModalStiffness {
     /// Mode in which nothing but the bodies is strained, of this squared angular frequency, rad2/s2.
     #[cfg(test)]
-    const fn of_bodies(omega2: f64) -> Self {
+    const fn from_omega2(omega2: f64) -> Self {
         Self {
             omega2,
             bodies_omega2: omega2,
@@ -167,7 +167,10 @@ pub fn rayleigh(spec: &DampingSpec, linear: &[ModalStiffness]) -> Result<Rayleig
             if strained < LEAST_STRAINED {
                 return Err(DampingError::StrainsNoBody { mode: linear_mode });
             }
-            Ok(Rayleigh::of_ratio(ratio / strained, omega2.sqrt()))
+            Ok(Rayleigh::from_damping_ratio(
+                ratio / strained,
+                omega2.sqrt(),
+            ))
         }
     }
 }
@@ -177,19 +180,19 @@ mod tests {
     use super::*;
 
     /// Coefficients of 1 % of critical damping on a mode.
-    fn of_mode(linear_mode: usize, omega2: &[f64]) -> Result<Rayleigh, DampingError> {
+    fn one_percent_damping(linear_mode: usize, omega2: &[f64]) -> Result<Rayleigh, DampingError> {
         let ratio = 0.01;
         let linear: Vec<_> = omega2
             .iter()
             .copied()
-            .map(ModalStiffness::of_bodies)
+            .map(ModalStiffness::from_omega2)
             .collect();
         rayleigh(&DampingSpec::Ratio { ratio, linear_mode }, &linear)
     }
 
     #[test]
     fn the_ratio_is_reached_on_the_chosen_mode() {
-        let c = of_mode(2, &[4.0, 25.0]).unwrap();
+        let c = one_percent_damping(2, &[4.0, 25.0]).unwrap();
         // zeta = (a omega + b / omega) / 2
         assert!((0.5 * (c.stiffness_s * 5.0 + c.mass_per_s / 5.0) - 0.01).abs() < 1e-16);
         let given = DampingSpec::Rayleigh {
@@ -220,9 +223,9 @@ mod tests {
     #[test]
     fn a_mode_that_does_not_exist_is_an_error() {
         for linear_mode in [0, 3] {
-            let error = of_mode(linear_mode, &[4.0, 25.0]).unwrap_err();
+            let error = one_percent_damping(linear_mode, &[4.0, 25.0]).unwrap_err();
             assert!(error.to_string().contains("choose 1 to 2"));
         }
-        assert_eq!(of_mode(1, &[]), Err(DampingError::NoModes));
+        assert_eq!(one_percent_damping(1, &[]), Err(DampingError::NoModes));
     }
 }

@@ -16,11 +16,11 @@ use crate::problem::Problem;
 ///
 /// // A mass of 1 kg on a spring of 1 N/m, pressed on the ground with 1 N, and excited with 1 N.
 /// let identity = Mat::identity(3, 3);
-/// let model = ReducedModel::of_pairs(identity.clone(), identity)
+/// let model = ReducedModel::from_pair_matrices(identity.clone(), identity)
 ///     .static_load([-1.0, 0.0, 0.0])
 ///     .unit_load([0.0, 1.0, 0.0])
 ///     .observe("mass", [0.0, 1.0, 0.0]);
-/// let problem = Problem::of_one_law(model, PairLaw::rigid(0.2, 0.0), 1.0);
+/// let problem = Problem::uniform(model, PairLaw::rigid(0.2, 0.0), 1.0);
 /// let solved = ForcedResponse::new(&problem)
 ///     .harmonics(31)
 ///     .frequencies_hz([0.7 / TAU])
@@ -96,11 +96,11 @@ impl<'a> ForcedResponse<'a> {
     ///
     /// // A mass of 1 kg on a spring of 1 N/m, 1 m from a stop of 5 N/m.
     /// let identity = Mat::identity(3, 3);
-    /// let model = ReducedModel::of_pairs(identity.clone(), identity)
+    /// let model = ReducedModel::from_pair_matrices(identity.clone(), identity)
     ///     .unit_load([1.0, 0.0, 0.0])
     ///     .observe("mass", [1.0, 0.0, 0.0]);
     /// let stop = PairLaw::rigid(0.0, 1.0).springs(5.0, 1.0);
-    /// let problem = Problem::of_one_law(model, stop, 0.1);
+    /// let problem = Problem::uniform(model, stop, 0.1);
     /// let mass_per_s = 0.03;
     /// let solved = ForcedResponse::new(&problem)
     ///     .damping(DampingSpec::Rayleigh { stiffness_s: 0.0, mass_per_s })

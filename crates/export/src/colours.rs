@@ -9,7 +9,7 @@ pub(crate) type Colour = [u8; 3];
 
 /// Words and colour of a state.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-pub(crate) struct State {
+pub(crate) struct StateStyle {
     /// Verb for one pair.
     pub one: &'static str,
     /// Verb for several pairs.
@@ -20,7 +20,7 @@ pub(crate) struct State {
 /// States by the code of the status (`CycleStatus`). The colours are those of Okabe and Ito (2008),
 /// which remain distinguishable in colour blindness: green, blue, vermillion, purple, orange. None
 /// of them is the grey of bodies.
-pub(crate) const STATES: [State; 5] = [
+pub(crate) const STATES: [StateStyle; 5] = [
     state("sticks", "stick", [0, 158, 115]),
     state("slips", "slip", [0, 114, 178]),
     OPENS,
@@ -29,10 +29,10 @@ pub(crate) const STATES: [State; 5] = [
 ];
 
 /// State of a pair that is closed at rest and opens at times.
-pub(crate) const OPENS: State = state("opens at times", "open at times", [213, 94, 0]);
+pub(crate) const OPENS: StateStyle = state("opens at times", "open at times", [213, 94, 0]);
 
-const fn state(one: &'static str, many: &'static str, colour: Colour) -> State {
-    State { one, many, colour }
+const fn state(one: &'static str, many: &'static str, colour: Colour) -> StateStyle {
+    StateStyle { one, many, colour }
 }
 
 /// Colour of text, axes and the result.
@@ -107,9 +107,9 @@ impl From<CurveKind> for String {
 /// Colours of curves as variables of a page, for light pages; report.css has those of dark ones.
 pub(crate) fn style() -> String {
     let line = |name: String, [r, g, b]: Colour| format!("--{name}:rgb({r},{g},{b});");
-    let own = CurveKind::OWN.map(|kind| line(kind.name(), kind.colour()));
+    let curve_styles = CurveKind::OWN.map(|kind| line(kind.name(), kind.colour()));
     let states = STATES.map(|state| line(state.many.replace(' ', "-"), state.colour));
-    format!(":root{{{}{}}}", own.concat(), states.concat())
+    format!(":root{{{}{}}}", curve_styles.concat(), states.concat())
 }
 
 /// Colours of Okabe and Ito (2008) for series without a meaning of their own: blue, vermillion,
@@ -125,12 +125,12 @@ const SERIES: [Colour; 6] = [
 
 /// Colour of one of `count` series: one of six or, if there are more series than those, a colour
 /// from dark to light.
-pub(crate) fn of_series(i: usize, count: usize) -> Colour {
+pub(crate) fn series_colour(i: usize, count: usize) -> Colour {
     if count <= SERIES.len() {
         SERIES[i % SERIES.len()]
     } else {
         // The lightest colours are lost on white.
-        of_value(0.9 * i as f64 / (count - 1) as f64)
+        value_colour(0.9 * i as f64 / (count - 1) as f64)
     }
 }
 
@@ -160,7 +160,7 @@ pub(crate) const BODIES: [Colour; 5] = [
 ];
 
 /// Colour on flanks of a value between 0 (dark) and 1 (light); values outside are clamped.
-pub(crate) fn of_value(fraction: f64) -> Colour {
+pub(crate) fn value_colour(fraction: f64) -> Colour {
     let position = fraction.clamp(0.0, 1.0) * (VIRIDIS.len() - 1) as f64;
     let below = (position as usize).min(VIRIDIS.len() - 2);
     let weight = position - below as f64;
@@ -184,7 +184,7 @@ mod tests {
         let views = std::fs::read_to_string(views).unwrap();
         let views: Vec<&str> = views.split_whitespace().collect();
         let tuple = |[r, g, b]: Colour| format!("({r}, {g}, {b})");
-        let state = |s: State| format!("(\"{}\", {})", s.many, tuple(s.colour));
+        let state = |s: StateStyle| format!("(\"{}\", {})", s.many, tuple(s.colour));
         for (name, colours) in [
             ("STATES", STATES.map(state).join(", ")),
             ("VIRIDIS", VIRIDIS.map(tuple).join(", ")),
@@ -210,11 +210,11 @@ mod tests {
 
     #[test]
     fn fields_on_flanks_grow_lighter_and_fields_on_bodies_darker() {
-        assert_eq!(of_value(0.0), VIRIDIS[0]);
-        assert_eq!(of_value(0.5), VIRIDIS[5]);
-        assert_eq!(of_value(7.0), VIRIDIS[10]);
+        assert_eq!(value_colour(0.0), VIRIDIS[0]);
+        assert_eq!(value_colour(0.5), VIRIDIS[5]);
+        assert_eq!(value_colour(7.0), VIRIDIS[10]);
         for i in 0..100 {
-            let [a, b] = [i, i + 1].map(|i| light(of_value(f64::from(i) / 100.0)));
+            let [a, b] = [i, i + 1].map(|i| light(value_colour(f64::from(i) / 100.0)));
             assert!(b >= a - 0.7);
         }
         assert!(BODIES.windows(2).all(|two| light(two[0]) > light(two[1])));

@@ -5,11 +5,11 @@ use std::ops::Range;
 use serde::{Serialize, Serializer};
 
 use super::colours::{CurveKind, STATES};
-use crate::words::{counted, figure, quantity_beside, seven_digits, supported_digits};
+use crate::words::{counted, figure, quantity_in_prefix, seven_digits, supported_digits};
 use dovetail_solver::description::EngineOrder;
 use dovetail_solver::dlft::branch::{sections, stable};
 use dovetail_solver::dlft::{CycleStatus, LinearPoint, Orbit, Outcome, Response};
-use dovetail_solver::reduced::Quantity;
+use dovetail_solver::reduced::ObservedQuantity;
 use dovetail_solver::results::quantities::{Peak, friction_power_w, linear_peak, peak, phasors};
 use dovetail_solver::run::{Observed, TractionRange};
 
@@ -35,7 +35,7 @@ pub struct Curves {
 }
 
 impl Curves {
-    fn of(quantity: String, unit: &'static str, curves: Vec<Curve>) -> Self {
+    fn new(quantity: String, unit: &'static str, curves: Vec<Curve>) -> Self {
         let highest = |is_counted: &dyn Fn(&Curve) -> bool| {
             let counted = curves.iter().filter(|curve| is_counted(curve));
             counted.map(Curve::highest).fold(0.0, f64::max)
@@ -53,7 +53,7 @@ impl Curves {
     }
 
     /// The same curves of a run-up along an engine order.
-    fn along(self, along: Option<EngineOrder>) -> Self {
+    fn with_engine_order(self, along: Option<EngineOrder>) -> Self {
         Self { along, ..self }
     }
 
@@ -82,7 +82,7 @@ pub struct Curve {
     #[serde(serialize_with = "columns")]
     pub points: Vec<Point>,
     /// Highest point of a curve of amplitudes.
-    #[serde(serialize_with = "in_words")]
+    #[serde(serialize_with = "serialize_words")]
     pub peak: Option<PeakMark>,
 }
 
@@ -109,7 +109,7 @@ impl Point {
     }
 
     /// Points of a curve that did not converge.
-    pub(crate) fn lost(points: &[Self]) -> impl Iterator<Item = &Self> {
+    pub(crate) fn unconverged_points(points: &[Self]) -> impl Iterator<Item = &Self> {
         let is_end = |i: usize| i > 0 && points[i].ends(&points[i - 1]);
         let points = points.iter().enumerate();
         points.filter_map(move |(i, p)| (p.value.is_none() && !is_end(i)).then_some(p))
@@ -121,7 +121,7 @@ impl Point {
     }
 
     /// Point with the value of an orbit that has a motion.
-    fn of(orbit: &Orbit, value: impl FnOnce(&Orbit) -> Option<f64>) -> Self {
+    fn from_orbit(orbit: &Orbit, value: impl FnOnce(&Orbit) -> Option<f64>) -> Self {
         let value = value(orbit).filter(|v| orbit.outcome.has_motion() && v.is_finite());
         Self {
             is_accurate: orbit.outcome != Outcome::AccuracyNotReached,
@@ -159,7 +159,7 @@ pub struct PeakMark {
 impl PeakMark {
     /// Mark of a peak with the estimated relative error of its amplitude, if known. `None` if
     /// nothing moves.
-    fn of(
+    fn new(
         peak: Peak,
         unit: &'static str,
         error: Option<f64>,
@@ -181,7 +181,7 @@ impl PeakMark {
             Some(order) => format!("{} rpm", figure(order.speed_rpm(self.frequency_hz), 5)),
             None => format!("{} Hz", figure(self.frequency_hz, 6)),
         };
-        let amplitude = quantity_beside(self.amplitude, largest, self.unit, self.digits);
+        let amplitude = quantity_in_prefix(self.amplitude, largest, self.unit, self.digits);
         format!("{amplitude} at {place}")
     }
 }
@@ -201,7 +201,7 @@ pub struct Sweep<'a> {
 
 impl Sweep<'_> {
     /// Motion at the peak of the first observation.
-    pub(crate) fn at_peak(&self) -> Option<&Orbit> {
+    pub(crate) fn peak_orbit(&self) -> Option<&Orbit> {
         let peak = peak(self.response, 0)?;
         self.response.orbits.get(peak.index)
     }
@@ -219,29 +219,29 @@ impl Sweep<'_> {
             dashed: true,
             points: self.response.linear_curve.iter().map(at).collect(),
             peak: linear_peak(self.response, i)
-                .and_then(|peak| PeakMark::of(peak, unit, Some(0.0), self.along)),
+                .and_then(|peak| PeakMark::new(peak, unit, Some(0.0), self.along)),
         };
         let of_response = |kind, response: &Response| Curve {
             peak: peak(response, i).and_then(|peak| {
                 let error = response.orbits[peak.index].amplitude_error(i);
-                PeakMark::of(peak, unit, error, self.along)
+                PeakMark::new(peak, unit, error, self.along)
             }),
             ..curve(harmonics_label(response), kind, response, |o| Point {
                 error: o.amplitude_error(i),
-                ..Point::of(o, |o| o.observed_amplitude.get(i).copied())
+                ..Point::from_orbit(o, |o| o.observed_amplitude.get(i).copied())
             })
         };
         let quantity = match observed.quantity {
-            Quantity::Displacement => format!("amplitude of {}", observed.name),
-            Quantity::Strain => format!("amplitude of strain {}", observed.name),
+            ObservedQuantity::Displacement => format!("amplitude of {}", observed.name),
+            ObservedQuantity::Strain => format!("amplitude of strain {}", observed.name),
         };
-        let before = std::iter::once(linear).chain(self.over_tractions(i));
+        let before = std::iter::once(linear).chain(self.traction_range(i));
         self.curves(quantity, unit, before, &of_response)
     }
 
     /// Least and largest amplitude of observation `i` over all starting tractions, at the frequencies
     /// at which any of their curves is drawn.
-    fn over_tractions(&self, i: usize) -> Vec<Curve> {
+    fn traction_range(&self, i: usize) -> Vec<Curve> {
         let Some(range) = self.tractions else {
             return Vec::new();
         };
@@ -250,7 +250,7 @@ impl Sweep<'_> {
             .chain(others)
             .map(|response| {
                 let amplitude = |o: &Orbit| o.observed_amplitude.get(i).copied();
-                points_of(response, true, |o| Point::of(o, amplitude))
+                points_of(response, true, |o| Point::from_orbit(o, amplitude))
             });
         let drawn: Vec<Vec<Point>> = drawn.collect();
         let mut all_hz: Vec<f64> = drawn.iter().flatten().map(|p| p.frequency_hz).collect();
@@ -280,7 +280,7 @@ impl Sweep<'_> {
         let of_response = |kind, response: &Response| {
             curve(harmonics_label(response), kind, response, |o| Point {
                 is_accurate: true,
-                ..Point::of(o, phase)
+                ..Point::from_orbit(o, phase)
             })
         };
         let quantity = format!("phase lag of {name}");
@@ -295,17 +295,17 @@ impl Sweep<'_> {
         of_response: &dyn Fn(CurveKind, &Response) -> Curve,
     ) -> Curves {
         let compared = self.compared.map(|r| of_response(CurveKind::Compared, r));
-        let own = of_response(CurveKind::Response, self.response);
-        let of_responses = compared.into_iter().chain([own]);
-        let curves = before.chain(of_responses.flat_map(with_unstable_apart));
-        Curves::of(quantity, unit, curves.collect()).along(self.along)
+        let main_curve = of_response(CurveKind::Response, self.response);
+        let of_responses = compared.into_iter().chain([main_curve]);
+        let curves = before.chain(of_responses.flat_map(split_unstable));
+        Curves::new(quantity, unit, curves.collect()).with_engine_order(self.along)
     }
 
     /// Number of pairs in each state. States that pairs have where they are open at rest are left
     /// out if no pair is ever in them.
     pub(crate) fn pairs(&self) -> Curves {
         type Status = CycleStatus;
-        let all = [
+        let states = [
             (Status::Stuck, true),
             (Status::Slipping, true),
             (Status::Opening, true),
@@ -319,31 +319,31 @@ impl Sweep<'_> {
             };
             let label = STATES[status as usize].many.to_owned();
             let kind = CurveKind::State(status);
-            curve(label, kind, self.response, |o| Point::of(o, count))
+            curve(label, kind, self.response, |o| Point::from_orbit(o, count))
         };
-        let curves = all.map(|(status, always)| (of_state(status), always));
+        let curves = states.map(|(status, always)| (of_state(status), always));
         let curves = curves.into_iter();
         let shown = curves.filter(|(curve, always)| *always || curve.highest() > 0.0);
         let shown = shown.map(|(curve, _)| curve).collect();
-        Curves::of("pairs".to_owned(), "", shown).along(self.along)
+        Curves::new("pairs".to_owned(), "", shown).with_engine_order(self.along)
     }
 
     /// Mean powers that friction and damping take.
     pub(crate) fn powers(&self) -> Curves {
         let of = |label: &str, kind, power: fn(&Orbit) -> f64| {
-            let point = |o: &Orbit| Point::of(o, |o| Some(power(o)));
+            let point = |o: &Orbit| Point::from_orbit(o, |o| Some(power(o)));
             curve(label.to_owned(), kind, self.response, point)
         };
         let both = vec![
             of("friction", CurveKind::Friction, friction_power_w),
             of("damping", CurveKind::Damping, |o| o.viscous_power_w),
         ];
-        Curves::of("power".to_owned(), "W", both).along(self.along)
+        Curves::new("power".to_owned(), "W", both).with_engine_order(self.along)
     }
 }
 
 /// A curve in two parts where some of its motions are unstable: these, dashed, and then the others.
-fn with_unstable_apart(mut curve: Curve) -> Vec<Curve> {
+fn split_unstable(mut curve: Curve) -> Vec<Curve> {
     let mut parts: [Vec<Point>; 2] = Default::default();
     let mut last: Option<Point> = None;
     for point in std::mem::take(&mut curve.points) {
@@ -422,15 +422,17 @@ fn points_of(response: &Response, is_smooth: bool, point: impl Fn(&Orbit) -> Poi
         let lengths = branch.lengths.get(curve.start - branch.points.start..);
         let lengths = lengths.and_then(|lengths| lengths.get(..curve.len()));
         let stable_after = &stable_after[curve.clone()];
-        let own = response.orbits[curve.clone()].iter().zip(&stable[curve]);
-        let own = own.map(|(orbit, stable)| Point {
+        let orbits = response.orbits[curve.clone()].iter().zip(&stable[curve]);
+        let points_shown = orbits.map(|(orbit, stable)| Point {
             is_stable: *stable,
             ..point(orbit)
         });
-        let own: Vec<Point> = own.collect();
+        let run_points: Vec<Point> = points_shown.collect();
         match lengths {
-            Some(lengths) if is_smooth => points.extend(rounded(&own, lengths, stable_after)),
-            _ => points.extend(own),
+            Some(lengths) if is_smooth => {
+                points.extend(rounded(&run_points, lengths, stable_after));
+            }
+            _ => points.extend(run_points),
         }
     }
     points
@@ -439,7 +441,7 @@ fn points_of(response: &Response, is_smooth: bool, point: impl Fn(&Orbit) -> Poi
 /// Least and largest value of curves at frequencies, which ascend, on lines between their points;
 /// `None` where no curve has the frequency.
 fn ends_of_all(curves: &[Vec<Point>], all_hz: &[f64]) -> Vec<Option<[f64; 2]>> {
-    let mut all: Vec<Option<[f64; 2]>> = vec![None; all_hz.len()];
+    let mut extents: Vec<Option<[f64; 2]>> = vec![None; all_hz.len()];
     for two in curves.iter().flat_map(|points| points.windows(2)) {
         let [a, b] = [two[0].frequency_hz, two[1].frequency_hz];
         let (Some(of_a), Some(of_b)) = (two[0].value, two[1].value) else {
@@ -447,14 +449,14 @@ fn ends_of_all(curves: &[Vec<Point>], all_hz: &[f64]) -> Vec<Option<[f64; 2]>> {
         };
         let from = all_hz.partition_point(|hz| *hz < a.min(b));
         let to = all_hz.partition_point(|hz| *hz <= a.max(b));
-        for (hz, ends) in all_hz[from..to].iter().zip(&mut all[from..to]) {
+        for (hz, ends) in all_hz[from..to].iter().zip(&mut extents[from..to]) {
             let share = if a == b { 0.0 } else { (hz - a) / (b - a) };
             let value = of_a + share * (of_b - of_a);
             let [least, most] = ends.unwrap_or([value; 2]);
             *ends = Some([least.min(value), most.max(value)]);
         }
     }
-    all
+    extents
 }
 
 /// Parts of an interval between two points of a branch that are drawn.
@@ -467,10 +469,10 @@ const ROUND: f64 = 180.0;
 fn rounded(points: &[Point], lengths: &[f64], stable_after: &[bool]) -> Vec<Point> {
     let frequency = slopes(points, lengths, |p| Some(p.frequency_hz));
     let value = slopes(points, lengths, |p| p.value);
-    let mut all = Vec::with_capacity(PARTS * points.len());
+    let mut smooth = Vec::with_capacity(PARTS * points.len());
     for (i, two) in points.windows(2).enumerate() {
         let [from, to] = [two[0], two[1]];
-        all.push(from);
+        smooth.push(from);
         let span = lengths[i + 1] - lengths[i];
         let slopes = |of: &[f64]| [span * of[i], span * of[i + 1]];
         let (Some(a), Some(b)) = (from.value, to.value) else {
@@ -482,7 +484,7 @@ fn rounded(points: &[Point], lengths: &[f64], stable_after: &[bool]) -> Vec<Poin
         for part in 1..PARTS {
             let t = part as f64 / PARTS as f64;
             let errors = from.error.zip(to.error);
-            all.push(Point {
+            smooth.push(Point {
                 frequency_hz: cubic([from.frequency_hz, to.frequency_hz], slopes(&frequency), t),
                 value: Some(cubic([a, b], slopes(&value), t)),
                 error: errors.map(|(a, b)| a + t * (b - a)),
@@ -491,9 +493,9 @@ fn rounded(points: &[Point], lengths: &[f64], stable_after: &[bool]) -> Vec<Poin
             });
         }
     }
-    all.extend(points.last());
-    unstable_between_turns(&mut all);
-    all
+    smooth.extend(points.last());
+    unstable_between_turns(&mut smooth);
+    smooth
 }
 
 /// Moves the ends of unstable parts from the points that were solved to those at which the drawn
@@ -608,7 +610,10 @@ fn columns<S: Serializer>(points: &[Point], serializer: S) -> Result<S::Ok, S::E
 }
 
 /// Peak with its words.
-fn in_words<S: Serializer>(peak: &Option<PeakMark>, serializer: S) -> Result<S::Ok, S::Error> {
+fn serialize_words<S: Serializer>(
+    peak: &Option<PeakMark>,
+    serializer: S,
+) -> Result<S::Ok, S::Error> {
     let with_words = peak.map(|p| (p.frequency_hz, p.amplitude, p.words(p.amplitude)));
     with_words.serialize(serializer)
 }
@@ -683,7 +688,7 @@ mod tests {
             points: (0..8).map(point).collect(),
             peak: None,
         };
-        let [apart, own] = &with_unstable_apart(curve.clone())[..] else {
+        let [apart, own] = &split_unstable(curve.clone())[..] else {
             panic!("two parts");
         };
         let drawn = |curve: &Curve| -> Vec<(usize, bool)> {
@@ -719,13 +724,13 @@ mod tests {
         ];
         assert_eq!(drawn(own), expected);
         assert!(!own.dashed);
-        assert_eq!(Point::lost(&own.points).count(), 0);
+        assert_eq!(Point::unconverged_points(&own.points).count(), 0);
         // The next curve begins where no line leads to.
         let mut two = curve.clone();
         two.points.truncate(4);
         two.points
             .extend([Point::exact(3.0, None), Point::exact(9.0, Some(1.0))]);
-        let [apart, own] = &with_unstable_apart(two)[..] else {
+        let [apart, own] = &split_unstable(two)[..] else {
             panic!("two parts");
         };
         assert_eq!(drawn(apart), [(2, there), (3, there), (3, end)]);
@@ -734,8 +739,8 @@ mod tests {
         let mut stable = curve;
         stable.points.iter_mut().for_each(|p| p.is_stable = true);
         stable.points[4].value = None;
-        assert_eq!(with_unstable_apart(stable.clone()), [stable.clone()]);
-        assert_eq!(Point::lost(&stable.points).count(), 1);
+        assert_eq!(split_unstable(stable.clone()), [stable.clone()]);
+        assert_eq!(Point::unconverged_points(&stable.points).count(), 1);
     }
 
     #[test]
@@ -751,7 +756,7 @@ mod tests {
             ],
             peak: None,
         };
-        let of = |curves: &[Curve]| Curves::of(String::new(), "m", curves.to_vec()).highest;
+        let of = |curves: &[Curve]| Curves::new(String::new(), "m", curves.to_vec()).highest;
         let linear = |highest| curve(CurveKind::Linear, highest);
         let compared = |highest| curve(CurveKind::Compared, highest);
         let own = |highest| curve(CurveKind::Response, highest);
@@ -768,7 +773,7 @@ mod tests {
                 frequency_hz: 287.6921,
                 amplitude_m,
             };
-            PeakMark::of(at, "m", error, None)
+            PeakMark::new(at, "m", error, None)
         };
         let words = |amplitude_m, error| peak(amplitude_m, error).unwrap().words(3.2e-3);
         assert_eq!(words(1.2947e-4, Some(0.2)), "0.13 mm at 287.692 Hz");

@@ -4,7 +4,7 @@ use crate::words::figure;
 use dovetail_solver::dlft::{Orbit, Response, StaticState};
 use dovetail_solver::model::ContactPair;
 use dovetail_solver::results::quantities::{
-    cycle_fields, static_fields, sweep_fields, with_motion,
+    cycle_fields, moving_orbits, static_fields, sweep_fields,
 };
 
 /// Share of the largest value below which rounding leaves a value below zero.
@@ -33,7 +33,7 @@ impl Field {
 
 /// Fields of the period of an orbit, which is called the peak: energy that friction takes, distance
 /// slid, largest and mean pressure, share of the period spent open.
-pub fn at_peak(orbit: &Orbit, pairs: &[ContactPair]) -> [Field; 5] {
+pub fn peak_fields(orbit: &Orbit, pairs: &[ContactPair]) -> [Field; 5] {
     let cycle = cycle_fields(orbit, pairs);
     let fields = [
         (
@@ -58,7 +58,7 @@ pub fn at_peak(orbit: &Orbit, pairs: &[ContactPair]) -> [Field; 5] {
 }
 
 /// Fields of the static state: pressure and length of the slip. `None` if it did not converge.
-pub fn at_rest(state: &StaticState, pairs: &[ContactPair]) -> Option<[Field; 2]> {
+pub fn static_state_fields(state: &StaticState, pairs: &[ContactPair]) -> Option<[Field; 2]> {
     if !state.outcome.is_converged() {
         return None;
     }
@@ -89,9 +89,9 @@ pub struct Separation {
 
 impl Separation {
     /// Pairs that open in a response with this number of pairs.
-    pub fn of(response: &Response, pairs: usize) -> Self {
+    pub fn new(response: &Response, pairs: usize) -> Self {
         let opens = sweep_fields(response, pairs).separates;
-        let frequencies = || with_motion(response).map(|orbit| orbit.frequency_hz);
+        let frequencies = || moving_orbits(response).map(|orbit| orbit.frequency_hz);
         let [least, most] = [
             frequencies().reduce(f64::min),
             frequencies().reduce(f64::max),

@@ -29,7 +29,7 @@ pub fn write_flank_static(
 ) -> Result<(), ExportError> {
     let fields = static_fields(state, &model.pairs);
     check_static(path, &fields, model.pairs.len())?;
-    let mut flanks = Flanks::of(model);
+    let mut flanks = Flanks::new(model);
     let normals = model.pairs.iter().flat_map(|p| p.frame[0]).collect();
     flanks.field("normal", 3, normals);
     let friction = model.pairs.iter().map(|pair| pair.law.friction);
@@ -42,8 +42,16 @@ pub fn write_flank_static(
             1,
             fields.slip_m.iter().map(|s| s[0].hypot(s[1])).collect(),
         );
-        flanks.field("slip_vector_m", 3, in_space(model, &fields.slip_m));
-        flanks.field("friction_vector_n", 3, in_space(model, &fields.friction_n));
+        flanks.field(
+            "slip_vector_m",
+            3,
+            tangential_vectors(model, &fields.slip_m),
+        );
+        flanks.field(
+            "friction_vector_n",
+            3,
+            tangential_vectors(model, &fields.friction_n),
+        );
         flanks.field("gap_m", 1, fields.gap_m);
         flanks.integers("status", |pair| fields.status[pair] as i32);
     }
@@ -67,7 +75,7 @@ impl FlankSeries {
     /// Series for the flanks of this model; nothing is written yet.
     pub fn new(model: &Model) -> Self {
         Self {
-            still: Flanks::of(model),
+            still: Flanks::new(model),
             pairs: model.pairs.clone(),
             written: BTreeMap::new(),
         }
@@ -89,7 +97,7 @@ impl FlankSeries {
         }
         let file = Self::file(point);
         let path = folder.join(&file);
-        let flanks = self.still.in_motion(&path, &self.pairs, orbit)?;
+        let flanks = self.still.orbit_flanks(&path, &self.pairs, orbit)?;
         flanks.grid.write(&path)?;
         self.written.insert(point, (orbit.frequency_hz, file));
         Ok(())
@@ -99,7 +107,7 @@ impl FlankSeries {
     ///
     /// # Errors
     /// A file that cannot be removed.
-    pub fn keep_alone(&mut self, folder: &Path, orbits: &[Orbit]) -> Result<(), ExportError> {
+    pub fn remove_others(&mut self, folder: &Path, orbits: &[Orbit]) -> Result<(), ExportError> {
         let kept: BTreeSet<usize> = orbits.iter().map(|orbit| orbit.point).collect();
         let others = self
             .written
@@ -156,7 +164,7 @@ impl WornFlanks {
     /// Series for the flanks of this model; nothing is written yet.
     pub fn new(model: &Model) -> Self {
         Self {
-            still: Flanks::of(model),
+            still: Flanks::new(model),
             pairs: model.pairs.clone(),
             written: Vec::new(),
         }
@@ -176,7 +184,7 @@ impl WornFlanks {
         let path = folder.join(&file);
         check_pairs(&path, "worn depth", block.depth_m.len(), self.pairs.len())?;
         let mut flanks = match block.motions.first() {
-            Some(orbit) => self.still.in_motion(&path, &self.pairs, orbit)?,
+            Some(orbit) => self.still.orbit_flanks(&path, &self.pairs, orbit)?,
             None => self.still.clone(),
         };
         let pressed = block.at_rest_n.iter().zip(&self.pairs);
@@ -214,7 +222,7 @@ pub fn write_flank_peak(
     response: &Response,
     fretting: &[Fretting],
 ) -> Result<(), ExportError> {
-    let mut flanks = Flanks::of(model).in_motion(path, &model.pairs, orbit)?;
+    let mut flanks = Flanks::new(model).orbit_flanks(path, &model.pairs, orbit)?;
     check_pairs(
         path,
         "figures of fretting",
@@ -274,12 +282,12 @@ struct Flanks {
 impl Flanks {
     /// Flanks with the fields that every file has: number, contact and area of the pair of each
     /// cell.
-    fn of(model: &Model) -> Self {
-        let cut = Cut::of(&model.flank_facets);
+    fn new(model: &Model) -> Self {
+        let cut = Cut::new(&model.flank_facets);
         let places: Vec<[f64; 3]> = model.pairs.iter().map(|p| p.position_m).collect();
-        let points = cut.with_means(3, places.into_flattened());
-        let mut grid = Grid::of_quadrilaterals(points, &cut.cells(model.pairs.len()));
-        let areas = cut.owners().map(|pair| model.pairs[pair].area_m2);
+        let points = cut.append_means(3, places.into_flattened());
+        let mut grid = Grid::from_quadrilaterals(points, &cut.cells(model.pairs.len()));
+        let areas = cut.pair_indices().map(|pair| model.pairs[pair].area_m2);
         grid.cell_array("area_m2", 1, areas.collect());
         let mut flanks = Self { grid, cut };
         flanks.integers("pair", |pair| pair as i32);
@@ -288,7 +296,7 @@ impl Flanks {
     }
 
     /// Flanks with the fields of an orbit; `path` is the file that they are written to.
-    fn in_motion(
+    fn orbit_flanks(
         &self,
         path: &Path,
         pairs: &[ContactPair],
@@ -309,13 +317,13 @@ impl Flanks {
 
     /// Adds a field that is linear on each facet, from its values at the pairs.
     fn field(&mut self, name: &str, components: usize, of_pairs: Vec<f64>) {
-        let values = self.cut.with_means(components, of_pairs);
+        let values = self.cut.append_means(components, of_pairs);
         self.grid.point_array(name, components as u32, values);
     }
 
     /// Adds a state or number of each pair, the same on all of its cells.
     fn integers(&mut self, name: &str, of_pair: impl Fn(usize) -> i32) {
-        let values = self.cut.owners().map(of_pair).collect();
+        let values = self.cut.pair_indices().map(of_pair).collect();
         self.grid.cell_integers(name, values);
     }
 }
@@ -331,7 +339,7 @@ struct Cut {
 }
 
 impl Cut {
-    fn of(facets: &[Vec<u32>]) -> Self {
+    fn new(facets: &[Vec<u32>]) -> Self {
         let pairs = |facet: &Vec<u32>| facet.iter().map(|&pair| pair as usize).collect();
         let facets: Vec<Vec<usize>> = facets.iter().map(pairs).collect();
         let edges: BTreeSet<[usize; 2]> = facets.iter().flat_map(|facet| edges(facet)).collect();
@@ -358,12 +366,12 @@ impl Cut {
     }
 
     /// Pair of each quadrilateral.
-    fn owners(&self) -> impl Iterator<Item = usize> + '_ {
+    fn pair_indices(&self) -> impl Iterator<Item = usize> + '_ {
         self.facets.iter().flatten().copied()
     }
 
     /// Values at the pairs, followed by the means at the other points.
-    fn with_means(&self, components: usize, mut values: Vec<f64>) -> Vec<f64> {
+    fn append_means(&self, components: usize, mut values: Vec<f64>) -> Vec<f64> {
         let mut add_mean = |pairs: &[usize]| {
             for c in 0..components {
                 let of_pairs = pairs.iter().map(|pair| values[pair * components + c]);
@@ -386,7 +394,7 @@ fn edges(facet: &[usize]) -> impl Iterator<Item = [usize; 2]> {
 }
 
 /// Components along t1 and t2 as vectors in space.
-fn in_space(model: &Model, tangential: &[[f64; 2]]) -> Vec<f64> {
+fn tangential_vectors(model: &Model, tangential: &[[f64; 2]]) -> Vec<f64> {
     let vector = |(p, s): (&ContactPair, &[f64; 2])| {
         let [_, t1, t2] = p.frame;
         [0, 1, 2].map(|a| s[0] * t1[a] + s[1] * t2[a])

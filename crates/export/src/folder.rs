@@ -73,7 +73,7 @@ impl OutputFolder {
         let bytes = input::bytes(&path.join(SUMMARY)).ok();
         let earlier = bytes.as_deref().map(serde_json::from_slice::<Summary>);
         let earlier = earlier.and_then(Result::ok);
-        let is_same = |earlier: &Summary| earlier.scene.is_of(&summary.scene);
+        let is_same = |earlier: &Summary| earlier.scene.is_same_scene(&summary.scene);
         if let Some(earlier) = &earlier {
             let refuses = other == OtherScene::Refuse;
             if refuses && earlier.scene.name != summary.scene.name {
@@ -91,7 +91,7 @@ impl OutputFolder {
             }
             let goes_on = is_same(earlier) && earlier.program_blake3 == summary.program_blake3;
             if beginning == Beginning::Resumed && to_resume {
-                knows_itself(summary, &path.join(JOURNAL))?;
+                check_journal(summary, &path.join(JOURNAL))?;
             }
             if beginning == Beginning::Resumed && to_resume && !goes_on {
                 return Err(ExportError::OtherInputs {
@@ -163,7 +163,7 @@ impl OutputFolder {
 
     /// Puts the summary of an earlier, finished run back, and says whether it did. This run must have
     /// listed no files but those named `under_way`, which are not results.
-    pub fn puts_back(&self, under_way: &[&str]) -> bool {
+    pub fn restore_summary(&self, under_way: &[&str]) -> bool {
         let written = self.written.borrow();
         let has_results = written.iter().any(|name| !under_way.contains(&&**name));
         let Some(finished) = self.finished.as_ref().filter(|_| !has_results) else {
@@ -200,11 +200,11 @@ impl OutputFolder {
         let written = self.written.get_mut();
         let ours = |name: &str| written.contains(name) || self.earlier.contains(name);
         let parent = |name: &String| Path::new(name).parent().map(Path::to_path_buf);
-        let own = written
+        let written_here = written
             .iter()
             .chain(&self.earlier)
             .filter(|name| is_inside(name));
-        let folders: BTreeSet<PathBuf> = own.filter_map(parent).collect();
+        let folders: BTreeSet<PathBuf> = written_here.filter_map(parent).collect();
         for folder in folders {
             let Ok(entries) = fs::read_dir(self.path.join(&folder)) else {
                 continue;
@@ -238,7 +238,7 @@ impl OutputFolder {
         summary.state = state;
         summary.why = why;
         if let Some(run) = &self.run {
-            summary = run.with_findings_of(summary);
+            summary = run.merge_findings(summary);
         }
         summary.files = self.files(state);
         write_json(&self.path.join(SUMMARY), &summary)?;
@@ -252,7 +252,7 @@ impl OutputFolder {
 ///
 /// # Errors
 /// [`ExportError::UnknownProgram`].
-pub fn knows_itself(summary: &Summary, journal: &Path) -> Result<(), ExportError> {
+pub fn check_journal(summary: &Summary, journal: &Path) -> Result<(), ExportError> {
     match summary.program_blake3 {
         Some(_) => Ok(()),
         None => Err(ExportError::UnknownProgram {
@@ -263,7 +263,7 @@ pub fn knows_itself(summary: &Summary, journal: &Path) -> Result<(), ExportError
 
 /// Sentence about how to go on after an interruption. `goes_on` is the rest of the sentence if the
 /// program knows itself.
-pub fn way_on(summary: &Summary, goes_on: &str) -> String {
+pub fn continuation_hint(summary: &Summary, goes_on: &str) -> String {
     match summary.program_blake3 {
         Some(_) => format!("The same command with --resume {goes_on}"),
         None => "--resume cannot go on with them: the program cannot read the file that it was started from, and cannot check \
@@ -355,11 +355,11 @@ mod tests {
         let second = open(&folder, "a", OtherScene::Refuse).unwrap();
         second.list(["journal".to_owned()]).unwrap();
         assert_ne!(bytes(), finished);
-        assert!(second.puts_back(&["journal"]));
+        assert!(second.restore_summary(&["journal"]));
         assert_eq!(bytes(), finished);
         let third = open(&folder, "a", OtherScene::Refuse).unwrap();
         write(&third, &["response.csv"]);
-        assert!(!third.puts_back(&["journal"]));
+        assert!(!third.restore_summary(&["journal"]));
         assert_ne!(bytes(), finished);
     }
 
@@ -430,14 +430,14 @@ mod tests {
     }
 
     /// Summary of a run, with a figure.
-    fn of_run(scene: &str) -> Summary {
+    fn run_summary(scene: &str) -> Summary {
         Summary {
             response: Some(ResponseSummary::default()),
             ..summary(scene)
         }
     }
 
-    fn beside(path: &Path, summary: &Summary) -> Result<OutputFolder, ExportError> {
+    fn sibling_folder(path: &Path, summary: &Summary) -> Result<OutputFolder, ExportError> {
         OutputFolder::open(path, summary, OtherScene::Refuse, Beginning::Beside, false)
     }
 
@@ -448,11 +448,11 @@ mod tests {
         let run = open(path, "a", OtherScene::Refuse).unwrap();
         write(&run, &["response.csv"]);
         let finished = RunState::Finished;
-        run.write_summary(of_run("a"), finished, None).unwrap();
-        let mut modes = beside(path, &summary("a")).unwrap();
+        run.write_summary(run_summary("a"), finished, None).unwrap();
+        let mut modes = sibling_folder(path, &summary("a")).unwrap();
         assert!(modes.is_beside_run());
         let said = || read_json::<Summary>(&path.join(SUMMARY)).unwrap();
-        assert_eq!(said().response, of_run("a").response);
+        assert_eq!(said().response, run_summary("a").response);
         write(&modes, &["modes.vtu"]);
         // A command that fails, or is killed here, leaves the run's word.
         modes
@@ -465,13 +465,13 @@ mod tests {
             ..summary("a")
         };
         modes.write_summary(found, finished, None).unwrap();
-        assert_eq!(said().response, of_run("a").response);
+        assert_eq!(said().response, run_summary("a").response);
         assert_eq!(said().blade_frequency_hz, Some(7.0));
         assert_eq!(said().files, ["modes.vtu", "response.csv"]);
         // Of other settings they would be files of no run.
         let mut other = summary("a");
         other.scene.blake3 = Some("another".to_owned());
-        let refused = beside(path, &other).unwrap_err();
+        let refused = sibling_folder(path, &other).unwrap_err();
         assert!(refused.to_string().contains("--out"), "{refused}");
         assert_eq!(said().files, ["modes.vtu", "response.csv"]);
     }
@@ -481,17 +481,17 @@ mod tests {
         let temporary = tempfile::tempdir().unwrap();
         let path = temporary.path();
         let finished = RunState::Finished;
-        let mesh = beside(path, &summary("a")).unwrap();
+        let mesh = sibling_folder(path, &summary("a")).unwrap();
         write(&mesh, &["mesh.msh"]);
         mesh.write_summary(summary("a"), finished, None).unwrap();
-        let mut modes = beside(path, &summary("a")).unwrap();
+        let mut modes = sibling_folder(path, &summary("a")).unwrap();
         write(&modes, &["modes.vtu"]);
         modes.remove_earlier().unwrap();
         modes.write_summary(summary("a"), finished, None).unwrap();
         assert_eq!(names(path), ["mesh.msh", "modes.vtu", SUMMARY]);
         let mut other = summary("a");
         other.scene.blake3 = Some("another".to_owned());
-        let mut mesh = beside(path, &other).unwrap();
+        let mut mesh = sibling_folder(path, &other).unwrap();
         write(&mesh, &["mesh.msh"]);
         mesh.remove_earlier().unwrap();
         mesh.write_summary(other, finished, None).unwrap();
@@ -572,8 +572,11 @@ mod tests {
             assert_eq!(fs::read(path.join(SUMMARY)).unwrap(), before);
         }
         let goes_on = "The same command with --resume goes on with the others";
-        assert_eq!(way_on(&summary("a"), "goes on with the others"), goes_on);
-        let way_on = way_on(&unknown, "goes on with the others");
+        assert_eq!(
+            continuation_hint(&summary("a"), "goes on with the others"),
+            goes_on
+        );
+        let way_on = continuation_hint(&unknown, "goes on with the others");
         assert!(way_on.starts_with("--resume cannot go on"), "{way_on}");
         assert!(!way_on.contains("with the others"), "{way_on}");
     }

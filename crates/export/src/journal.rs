@@ -104,16 +104,16 @@ impl Journal {
     /// # Errors
     /// A file that cannot be read.
     pub fn solved(&mut self, inputs: &Inputs) -> Result<Vec<SolvedFrequency>, ExportError> {
-        let mut found = Vec::new();
+        let mut records = Vec::new();
         if !self.known.iter().any(|(of, _)| of == inputs) {
-            return Ok(found);
+            return Ok(records);
         }
         self.read(|of, solved| {
             if of == inputs {
-                found.push(solved);
+                records.push(solved);
             }
         })?;
-        Ok(found)
+        Ok(records)
     }
 
     /// Adds a frequency unless it is already recorded.
@@ -252,7 +252,7 @@ mod tests {
             krylov_iterations: 4,
             residual: f64::INFINITY,
             mean: Mean::Retained,
-            ..Orbit::without_motion(frequency_hz, Outcome::Stagnated)
+            ..Orbit::motionless(frequency_hz, Outcome::Stagnated)
         };
         let linear = LinearPoint {
             frequency_hz,

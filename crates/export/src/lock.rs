@@ -35,17 +35,17 @@ impl FolderLock {
     /// # Errors
     /// [`ExportError::Busy`] if another process has it; a folder or a lock that cannot be created, or
     /// a lock that is not a regular file.
-    pub fn take(folder: &Path) -> Result<Self, ExportError> {
-        Self::take_named(folder, LOCK)
+    pub fn acquire(folder: &Path) -> Result<Self, ExportError> {
+        Self::acquire_named(folder, LOCK)
     }
 
-    /// Like [`FolderLock::take`], by a lock of this name.
+    /// Like [`FolderLock::acquire`], by a lock of this name.
     ///
     /// # Errors
-    /// Those of [`FolderLock::take`].
-    pub fn take_named(folder: &Path, name: &str) -> Result<Self, ExportError> {
+    /// Those of [`FolderLock::acquire`].
+    pub fn acquire_named(folder: &Path, name: &str) -> Result<Self, ExportError> {
         create_folder(folder)?;
-        let (taken, folder) = (Self::of_file(&folder.join(name)), folder.to_path_buf());
+        let (taken, folder) = (Self::try_lock(&folder.join(name)), folder.to_path_buf());
         match taken {
             Ok(Some(lock)) => Ok(lock),
             Ok(None) => Err(ExportError::Busy { folder }),
@@ -53,14 +53,14 @@ impl FolderLock {
         }
     }
 
-    fn of_file(path: &Path) -> io::Result<Option<Self>> {
+    fn try_lock(path: &Path) -> io::Result<Option<Self>> {
         let begun = Instant::now();
         loop {
             match attempt(path, opened(path)?)? {
-                Attempt::Taken(lock) => return Ok(Some(lock)),
-                Attempt::Replaced => {}
-                Attempt::Held if begun.elapsed() > LONGEST_WAIT => return Ok(None),
-                Attempt::Held => std::thread::sleep(Duration::from_millis(10)),
+                LockAttempt::Taken(lock) => return Ok(Some(lock)),
+                LockAttempt::Replaced => {}
+                LockAttempt::Held if begun.elapsed() > LONGEST_WAIT => return Ok(None),
+                LockAttempt::Held => std::thread::sleep(Duration::from_millis(10)),
             }
         }
     }
@@ -79,7 +79,7 @@ fn opened(path: &Path) -> io::Result<File> {
 
 /// End of an attempt to lock an open file.
 #[derive(Debug)]
-enum Attempt {
+enum LockAttempt {
     Taken(FolderLock),
     /// Somebody else has it.
     Held,
@@ -88,12 +88,12 @@ enum Attempt {
 }
 
 /// Locks a file that was opened at this path.
-fn attempt(path: &Path, file: File) -> io::Result<Attempt> {
+fn attempt(path: &Path, file: File) -> io::Result<LockAttempt> {
     Ok(match file.try_lock() {
-        Ok(()) if is_at(path, &file)? => Attempt::Taken(FolderLock { locked: Some(file) }),
-        Ok(()) => Attempt::Replaced,
-        Err(TryLockError::Error(_)) => Attempt::Taken(FolderLock { locked: None }),
-        Err(TryLockError::WouldBlock) => Attempt::Held,
+        Ok(()) if is_at(path, &file)? => LockAttempt::Taken(FolderLock { locked: Some(file) }),
+        Ok(()) => LockAttempt::Replaced,
+        Err(TryLockError::Error(_)) => LockAttempt::Taken(FolderLock { locked: None }),
+        Err(TryLockError::WouldBlock) => LockAttempt::Held,
     })
 }
 
@@ -102,9 +102,9 @@ fn attempt(path: &Path, file: File) -> io::Result<Attempt> {
 /// # Errors
 /// Errors of the file system, but for a path that names nothing.
 pub fn is_at(path: &Path, file: &File) -> io::Result<bool> {
-    let own = file.metadata()?;
+    let locked = file.metadata()?;
     match std::fs::metadata(path) {
-        Ok(there) => Ok((own.dev(), own.ino()) == (there.dev(), there.ino())),
+        Ok(there) => Ok((locked.dev(), locked.ino()) == (there.dev(), there.ino())),
         Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(false),
         Err(error) => Err(error),
     }
@@ -118,25 +118,25 @@ mod tests {
     fn no_two_have_it_at_once() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path();
-        let first = FolderLock::take(path).unwrap();
-        let error = FolderLock::take(path).unwrap_err();
+        let first = FolderLock::acquire(path).unwrap();
+        let error = FolderLock::acquire(path).unwrap_err();
         assert!(matches!(error, ExportError::Busy { .. }), "{error}");
         // Another name is another right.
-        FolderLock::take_named(path, ".other").unwrap();
+        FolderLock::acquire_named(path, ".other").unwrap();
         drop(first);
-        FolderLock::take(path).unwrap();
+        FolderLock::acquire(path).unwrap();
         assert!(folder.path().join(LOCK).exists());
     }
 
     #[test]
     fn one_that_is_held_for_a_moment_is_waited_for() {
         let folder = tempfile::tempdir().unwrap();
-        let first = FolderLock::take(folder.path()).unwrap();
+        let first = FolderLock::acquire(folder.path()).unwrap();
         let holder = std::thread::spawn(move || {
             std::thread::sleep(Duration::from_millis(100));
             drop(first);
         });
-        FolderLock::take(folder.path()).unwrap();
+        FolderLock::acquire(folder.path()).unwrap();
         holder.join().unwrap();
     }
 
@@ -145,17 +145,17 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path();
         // Locked, and removed: the next one locks the file that the path then names.
-        let removed = FolderLock::take(path).unwrap();
+        let removed = FolderLock::acquire(path).unwrap();
         std::fs::remove_file(path.join(LOCK)).unwrap();
-        let next = FolderLock::take(path).unwrap();
+        let next = FolderLock::acquire(path).unwrap();
         drop(removed);
-        assert!(FolderLock::take(path).is_err());
+        assert!(FolderLock::acquire(path).is_err());
         drop(next);
         // Who waits for a file that is removed gets the new one, or none.
-        let waited = FolderLock::take(path).unwrap();
+        let waited = FolderLock::acquire(path).unwrap();
         std::thread::scope(|scope| {
             scope.spawn(|| {
-                let own = FolderLock::take(path).unwrap().locked.unwrap();
+                let own = FolderLock::acquire(path).unwrap().locked.unwrap();
                 assert!(is_at(&path.join(LOCK), &own).unwrap());
             });
             std::thread::sleep(Duration::from_millis(50));
@@ -172,14 +172,14 @@ mod tests {
         let early = || opened(&path).unwrap();
         let [first, second, third] = [early(), early(), early()];
         let locked = attempt(&path, first).unwrap();
-        assert!(matches!(locked, Attempt::Taken(_)), "{locked:?}");
+        assert!(matches!(locked, LockAttempt::Taken(_)), "{locked:?}");
         drop(locked);
         std::fs::remove_file(&path).unwrap();
         let removed = attempt(&path, second).unwrap();
-        assert!(matches!(removed, Attempt::Replaced), "{removed:?}");
-        let _next = FolderLock::take(folder.path()).unwrap();
+        assert!(matches!(removed, LockAttempt::Replaced), "{removed:?}");
+        let _next = FolderLock::acquire(folder.path()).unwrap();
         let replaced = attempt(&path, third).unwrap();
-        assert!(matches!(replaced, Attempt::Replaced), "{replaced:?}");
+        assert!(matches!(replaced, LockAttempt::Replaced), "{replaced:?}");
     }
 
     #[test]
@@ -188,7 +188,7 @@ mod tests {
         let path = folder.path().join(LOCK);
         let made = std::process::Command::new("mkfifo").arg(&path).status();
         assert!(made.unwrap().success());
-        let error = FolderLock::take(folder.path()).unwrap_err();
+        let error = FolderLock::acquire(folder.path()).unwrap_err();
         assert!(error.to_string().contains("a named pipe"), "{error}");
     }
 }

@@ -122,14 +122,14 @@ impl Summary {
     }
 
     /// This summary with the findings of a command beside its run.
-    pub(crate) fn with_findings_of(&self, beside: Self) -> Self {
-        let own = self.clone();
+    pub(crate) fn merge_findings(&self, beside: Self) -> Self {
+        let summary = self.clone();
         Self {
-            blade_frequency_hz: beside.blade_frequency_hz.or(own.blade_frequency_hz),
-            verification: beside.verification.or(own.verification),
-            wear: beside.wear.or(own.wear),
-            curve: beside.curve.or(own.curve),
-            ..own
+            blade_frequency_hz: beside.blade_frequency_hz.or(summary.blade_frequency_hz),
+            verification: beside.verification.or(summary.verification),
+            wear: beside.wear.or(summary.wear),
+            curve: beside.curve.or(summary.curve),
+            ..summary
         }
     }
 }
@@ -163,7 +163,7 @@ pub struct SceneSummary {
 
 impl SceneSummary {
     /// Returns `true` if both are the same scene with the same settings and files.
-    pub(crate) fn is_of(&self, other: &Self) -> bool {
+    pub(crate) fn is_same_scene(&self, other: &Self) -> bool {
         self.name == other.name && self.blake3.is_some() && self.blake3 == other.blake3
     }
 }

@@ -30,11 +30,14 @@ pub(crate) struct Panel {
 pub(crate) struct Patch {
     pub pair: usize,
     /// Corners, m, to the right and up from the lower left corner of the flank.
-    #[serde(serialize_with = "in_seven_digits")]
+    #[serde(serialize_with = "serialize_seven_digits")]
     pub outline: Vec<[f64; 2]>,
 }
 
-fn in_seven_digits<S: Serializer>(outline: &[[f64; 2]], serializer: S) -> Result<S::Ok, S::Error> {
+fn serialize_seven_digits<S: Serializer>(
+    outline: &[[f64; 2]],
+    serializer: S,
+) -> Result<S::Ok, S::Error> {
     serializer.collect_seq(outline.iter().map(|corner| corner.map(seven_digits)))
 }
 
@@ -54,7 +57,7 @@ fn panel(model: &Model, contact: usize) -> Option<Panel> {
         .collect();
     let first = &model.pairs[*facets.first()?.first()?];
     let origin = first.position_m;
-    let Orientation { right, up, edges } = Orientation::at(first, model.rotation.as_ref());
+    let Orientation { right, up, edges } = Orientation::new(first, model.rotation.as_ref());
     let flat = |pair: usize| {
         let from_origin = sub(model.pairs[pair].position_m, origin);
         [dot(from_origin, right), dot(from_origin, up)]
@@ -90,21 +93,22 @@ pub struct Orientation {
 
 impl Orientation {
     /// First pair and orientation of the flank of each contact that has facets.
-    pub(crate) fn of_flanks(model: &Model) -> impl Iterator<Item = (&ContactPair, Self)> {
+    pub(crate) fn flank_orientations(model: &Model) -> impl Iterator<Item = (&ContactPair, Self)> {
         (0..model.contact_names.len()).filter_map(|contact| {
             let firsts = model.flank_facets.iter().filter_map(|facet| facet.first());
             let pair = firsts.map(|&pair| &model.pairs[pair as usize]);
             let first = pair.into_iter().find(|pair| pair.contact == contact)?;
-            Some((first, Self::at(first, model.rotation.as_ref())))
+            Some((first, Self::new(first, model.rotation.as_ref())))
         })
     }
 
-    fn at(pair: &ContactPair, rotation: Option<&Rotation>) -> Self {
+    fn new(pair: &ContactPair, rotation: Option<&Rotation>) -> Self {
         let [_, t1, t2] = pair.frame;
-        let machine = MachineDirections::at(pair.position_m, rotation);
-        let (right, [left_edge, right_edge]) = turned(t1, machine.axial, ["front end", "rear end"]);
+        let machine = MachineDirections::new(pair.position_m, rotation);
+        let (right, [left_edge, right_edge]) =
+            align_tangent(t1, machine.axial, ["front end", "rear end"]);
         let (up, [lower_edge, upper_edge]) =
-            turned(t2, machine.radial, ["inner edge", "outer edge"]);
+            align_tangent(t2, machine.radial, ["inner edge", "outer edge"]);
         Self {
             right,
             up,
@@ -120,7 +124,7 @@ struct MachineDirections {
 }
 
 impl MachineDirections {
-    fn at(point_m: [f64; 3], rotation: Option<&Rotation>) -> Self {
+    fn new(point_m: [f64; 3], rotation: Option<&Rotation>) -> Self {
         let outwards = |r: &Rotation| {
             let arm = sub(point_m, r.point_m);
             unit(sub(arm, scaled(r.axis, dot(arm, r.axis))))
@@ -136,7 +140,7 @@ impl MachineDirections {
 /// the two sides, at its start and at its end. If the machine has no such direction, or the tangent
 /// is perpendicular to it, the tangent is turned along the nearest coordinate axis, which names the
 /// sides.
-fn turned(
+fn align_tangent(
     tangent: [f64; 3],
     machine: Option<[f64; 3]>,
     words: [&str; 2],

@@ -74,7 +74,7 @@ pub fn write_static(
         stress.extend_from_slice(f.stress_pa.as_flattened());
         stress.resize(stress.len() + 6 * body.facets.len(), 0.0);
     }
-    let mut grid = Grid::of(model, None);
+    let mut grid = Grid::from_model(model, None);
     grid.point_array("displacement_m", 3, displacement);
     grid.point_array("von_mises_pa", 1, von_mises);
     grid.cell_array("stress_pa", 6, stress);
@@ -107,8 +107,8 @@ pub fn write_motion(
     stress: Option<&PeakStress>,
 ) -> Result<(), ExportError> {
     check_motion(path, model, coefficients)?;
-    let mut grid = Grid::of(model, disc);
-    add_motion(&mut grid, &on_sectors(disc, coefficients, turned));
+    let mut grid = Grid::from_model(model, disc);
+    add_motion(&mut grid, &expand_sectors(disc, coefficients, rotate));
     if let Some(stress) = stress {
         add_stress(&mut grid, stress, disc);
     }
@@ -116,14 +116,14 @@ pub fn write_motion(
 }
 
 /// Cosine and sine part of a wave, `cosine - i sine`, times `exp(i angle)`.
-fn ahead<const N: usize>(angle_rad: f64, c: [f64; N], s: [f64; N]) -> [[f64; N]; 2] {
+fn rotate_phase<const N: usize>(angle_rad: f64, c: [f64; N], s: [f64; N]) -> [[f64; N]; 2] {
     let (sin, cos) = angle_rad.sin_cos();
     let sum = |a: f64, b: f64| std::array::from_fn(|i| a * c[i] + b * s[i]);
     [sum(cos, sin), sum(-sin, cos)]
 }
 
 /// Turns a vector.
-fn turned(turn: &[[f64; 3]; 3], u: [f64; 3]) -> [f64; 3] {
+fn rotate(turn: &[[f64; 3]; 3], u: [f64; 3]) -> [f64; 3] {
     turn.map(|row| dot(row, u))
 }
 
@@ -138,7 +138,7 @@ fn turned_stress(turn: &[[f64; 3]; 3], [xx, yy, zz, xy, yz, xz]: [f64; 6]) -> [f
 /// Fields of the bodies of all sectors of a disc, from those of the first one, each with 2H+1
 /// coefficients: harmonic k of sector j is turned by j pitches, and times `exp(i k E 2 pi j / N)` with
 /// the engine order E. Without a disc the fields as they are.
-fn on_sectors<'a, const N: usize>(
+fn expand_sectors<'a, const N: usize>(
     disc: Option<&Cyclic>,
     coefficients: impl IntoIterator<Item = &'a Vec<Vec<[f64; N]>>> + Clone,
     turned: fn(&[[f64; 3]; 3], [f64; N]) -> [f64; N],
@@ -151,16 +151,16 @@ fn on_sectors<'a, const N: usize>(
         let turn = disc.turned_to(sector);
         let of_body = move |fields: &'a Vec<Vec<[f64; N]>>| {
             let mean = fields[0].iter().map(|v| turned(&turn, *v));
-            let mut all = vec![mean.collect()];
+            let mut coefficients = vec![mean.collect()];
             for k in 1..=fields.len() / 2 {
                 let angle_rad = disc.phase_rad(k, sector);
                 let both = fields[cosine(k)].iter().zip(&fields[sine(k)]);
-                let parts = both.map(|(c, s)| ahead(angle_rad, *c, *s));
+                let parts = both.map(|(c, s)| rotate_phase(angle_rad, *c, *s));
                 let turned = parts.map(|parts| parts.map(|v| turned(&turn, v)).into());
                 let (cosine, sine) = turned.unzip();
-                all.extend([cosine, sine]);
+                coefficients.extend([cosine, sine]);
             }
-            Cow::Owned(all)
+            Cow::Owned(coefficients)
         };
         coefficients.clone().into_iter().map(of_body)
     };
@@ -170,9 +170,9 @@ fn on_sectors<'a, const N: usize>(
 /// Adds the arrays of a motion to those of the nodes.
 fn add_motion(grid: &mut Grid, coefficients: &[Cow<'_, [NodalField]>]) {
     let fields = coefficients.first().map_or(1, |fields| fields.len());
-    grid.point_array("mean_m", 3, of_all(coefficients, 0));
+    grid.point_array("mean_m", 3, join_bodies(coefficients, 0));
     for k in 1..=fields / 2 {
-        let [cosine, sine] = [cosine(k), sine(k)].map(|i| of_all(coefficients, i));
+        let [cosine, sine] = [cosine(k), sine(k)].map(|i| join_bodies(coefficients, i));
         let both = || cosine.iter().zip(&sine);
         let amplitude = both().map(|(c, s)| c.hypot(*s)).collect();
         let phase = both().map(|(c, s)| s.atan2(*c)).collect();
@@ -184,7 +184,7 @@ fn add_motion(grid: &mut Grid, coefficients: &[Cow<'_, [NodalField]>]) {
 }
 
 /// Field `i` of all bodies, one after the other.
-fn of_all<const N: usize>(coefficients: &[Cow<'_, [Vec<[f64; N]>]>], i: usize) -> Vec<f64> {
+fn join_bodies<const N: usize>(coefficients: &[Cow<'_, [Vec<[f64; N]>]>], i: usize) -> Vec<f64> {
     let bodies = coefficients.iter().flat_map(|fields| &fields[i]);
     bodies.flatten().copied().collect()
 }
@@ -193,11 +193,11 @@ fn of_all<const N: usize>(coefficients: &[Cow<'_, [Vec<[f64; N]>]>], i: usize) -
 /// sectors of a disc, at another instant.
 fn add_stress(grid: &mut Grid, stress: &PeakStress, disc: Option<&Cyclic>) {
     let tensors = stress.bodies.iter().map(|body| &body.coefficients_pa);
-    let tensors = on_sectors(disc, tensors, turned_stress);
+    let tensors = expand_sectors(disc, tensors, turned_stress);
     let fields = tensors.first().map_or(1, |fields| fields.len());
-    grid.point_array("mean_stress_pa", 6, of_all(&tensors, 0));
+    grid.point_array("mean_stress_pa", 6, join_bodies(&tensors, 0));
     for k in 1..=fields / 2 {
-        let [cosine, sine] = [cosine(k), sine(k)].map(|i| of_all(&tensors, i));
+        let [cosine, sine] = [cosine(k), sine(k)].map(|i| join_bodies(&tensors, i));
         grid.point_array(&format!("h{k}_stress_cos_pa"), 6, cosine);
         grid.point_array(&format!("h{k}_stress_sin_pa"), 6, sine);
     }
@@ -212,11 +212,11 @@ fn add_stress(grid: &mut Grid, stress: &PeakStress, disc: Option<&Cyclic>) {
     add("von_mises_largest_pa", |cycle| cycle.largest_pa);
     if stress.strengths.iter().any(Option::is_some) {
         let strengths = sectors().flat_map(|_| &stress.strengths);
-        let all = bodies().zip(strengths).flat_map(|(body, strength)| {
+        let stresses = bodies().zip(strengths).flat_map(|(body, strength)| {
             let cycles = body.cycles.iter();
             cycles.map(move |cycle| strength.map_or(0.0, |s| cycle.utilisation(s)))
         });
-        grid.point_array("utilisation", 1, all.collect());
+        grid.point_array("utilisation", 1, stresses.collect());
     }
     let code = |reason: &Option<Singular>| match reason {
         None => 0,
@@ -259,8 +259,10 @@ pub fn write_stress_points(
     grid.arrays.point.push(array("element_tag", 1, tags));
     grid.point_integers("body", bodies);
     for (name, of_bodies) in fields {
-        let all = model.bodies.iter().zip(of_bodies);
-        let stress: Vec<[f64; 6]> = all.flat_map(|(body, u)| point_stress(body, u)).collect();
+        let stressed_bodies = model.bodies.iter().zip(of_bodies);
+        let stress: Vec<[f64; 6]> = stressed_bodies
+            .flat_map(|(body, u)| point_stress(body, u))
+            .collect();
         grid.point_array(name, 6, stress.into_flattened());
     }
     grid.write(path)
@@ -286,8 +288,8 @@ pub fn write_frames(
 ) -> Result<(), ExportError> {
     let pvd = folder.join(FRAMES);
     check_motion(&pvd, model, coefficients)?;
-    let still = Grid::of(model, disc);
-    let coefficients = on_sectors(disc, coefficients, turned);
+    let still = Grid::from_model(model, disc);
+    let coefficients = expand_sectors(disc, coefficients, rotate);
     let write_frame = |frame: usize| {
         let phase = frame_phase_rad(frame, frames);
         let mut whole = Vec::with_capacity(still.points.len());
@@ -379,7 +381,7 @@ fn to_scale(mode: &ModeShape) -> Vec<f64> {
 /// [`ExportError`] if a field does not fit the mesh or is not finite, or if the file cannot be
 /// written.
 pub fn write_modes(path: &Path, model: &Model, modes: &[ModeShape]) -> Result<(), ExportError> {
-    let mut grid = Grid::of(model, None);
+    let mut grid = Grid::from_model(model, None);
     for mode in modes {
         let name = array_name(mode);
         for (body, shape) in model.bodies.iter().zip(&mode.shape) {
@@ -405,7 +407,7 @@ pub fn write_disc(
     disc: &Cyclic,
     modes: &DiscModes,
 ) -> Result<(), ExportError> {
-    let mut grid = Grid::of(model, Some(disc));
+    let mut grid = Grid::from_model(model, Some(disc));
     for (number, mode) in (1..).zip(&modes.modes) {
         for part in [&mode.cosine, &mode.sine] {
             for (body, shape) in model.bodies.iter().zip(part) {
@@ -425,7 +427,7 @@ pub fn write_disc(
             let turn = disc.turned_to(sector);
             let angle_rad = TAU * (modes.nodal_diameter * sector) as f64 / disc.sectors as f64;
             for (c, s) in nodes() {
-                let parts = ahead(angle_rad, *c, *s).map(|u| turned(&turn, u));
+                let parts = rotate_phase(angle_rad, *c, *s).map(|u| rotate(&turn, u));
                 let [c, s] = parts.map(|u| u.map(|u| scale * u));
                 cosine.extend(c);
                 sine.extend(s);
@@ -474,18 +476,18 @@ impl Grid {
     /// Grid of all bodies, the nodes of each before those of the next, with `body` on nodes and
     /// elements, `node_tag` and `element_tag`. With a disc, of which the bodies are the first sector,
     /// the grid has all sectors, one after the other, with `sector` on nodes and elements.
-    fn of(model: &Model, disc: Option<&Cyclic>) -> Self {
+    fn from_model(model: &Model, disc: Option<&Cyclic>) -> Self {
         let Some(disc) = disc else {
-            return Self::of_copies(model, std::iter::once(|x: [f64; 3]| x));
+            return Self::from_copies(model, std::iter::once(|x: [f64; 3]| x));
         };
         let places = (0..disc.sectors).map(|sector| {
             let turn = disc.turned_to(sector);
             move |x: [f64; 3]| {
-                let arm = turned(&turn, sub(x, disc.point_m));
+                let arm = rotate(&turn, sub(x, disc.point_m));
                 [0, 1, 2].map(|k| disc.point_m[k] + arm[k])
             }
         });
-        let mut grid = Self::of_copies(model, places);
+        let mut grid = Self::from_copies(model, places);
         let nodes: usize = model.bodies.iter().map(|body| body.nodes_m.len()).sum();
         let bodies = model.bodies.iter();
         let cells: usize = bodies
@@ -498,7 +500,7 @@ impl Grid {
     }
 
     /// Grid of copies of all bodies, each with its nodes at other places.
-    fn of_copies<F: Fn([f64; 3]) -> [f64; 3]>(
+    fn from_copies<F: Fn([f64; 3]) -> [f64; 3]>(
         model: &Model,
         places: impl Iterator<Item = F>,
     ) -> Self {
@@ -536,7 +538,7 @@ impl Grid {
     }
 
     /// Grid of quadrilaterals on points.
-    pub(crate) fn of_quadrilaterals(points: Vec<f64>, corners: &[[u64; 4]]) -> Self {
+    pub(crate) fn from_quadrilaterals(points: Vec<f64>, corners: &[[u64; 4]]) -> Self {
         Self::new(
             points,
             corners.as_flattened().to_vec(),
@@ -623,13 +625,13 @@ impl Grid {
         let xml = vtk
             .try_into_xml_format(Compressor::ZLib, 1)
             .map_err(|e| failed(e.into()))?;
-        write_file(path, with_component_names(xml.to_string()).as_bytes())
+        write_file(path, add_component_names(xml.to_string()).as_bytes())
     }
 }
 
 /// Adds names of the components of vectors and of stresses to the file, which vtkio does not
 /// support.
-fn with_component_names(mut xml: String) -> String {
+fn add_component_names(mut xml: String) -> String {
     for names in [
         &["X", "Y", "Z"][..],
         &["XX", "YY", "ZZ", "XY", "YZ", "XZ"][..],

@@ -33,7 +33,7 @@ pub fn wrong(text: String) -> Warning {
 }
 
 /// Warning that a figure may be inaccurate.
-pub fn doubt(text: String) -> Warning {
+pub fn accuracy_warning(text: String) -> Warning {
     let weight = Weight::Doubt;
     Warning { weight, text }
 }
@@ -45,16 +45,16 @@ pub fn remark(text: String) -> Warning {
 }
 
 /// Warnings sorted by importance, each text once; those of the same weight keep their order.
-pub fn by_weight(warnings: &[Warning]) -> Vec<&Warning> {
+pub fn sorted_by_weight(warnings: &[Warning]) -> Vec<&Warning> {
     let mut sorted: Vec<&Warning> = warnings.iter().collect();
     sorted.sort_by_key(|warning| warning.weight);
-    let mut found: Vec<&Warning> = Vec::new();
+    let mut distinct: Vec<&Warning> = Vec::new();
     for warning in sorted {
-        if !found.iter().any(|known| known.text == warning.text) {
-            found.push(warning);
+        if !distinct.iter().any(|known| known.text == warning.text) {
+            distinct.push(warning);
         }
     }
-    found
+    distinct
 }
 
 #[cfg(test)]
@@ -74,7 +74,10 @@ mod tests {
             warning(Weight::Doubt, "rough"),
             warning(Weight::Doubt, "off"),
         ];
-        let texts: Vec<&str> = by_weight(&told).iter().map(|w| w.text.as_str()).collect();
+        let texts: Vec<&str> = sorted_by_weight(&told)
+            .iter()
+            .map(|w| w.text.as_str())
+            .collect();
         assert_eq!(texts, ["missing", "off", "rough", "kept"]);
     }
 }

@@ -57,11 +57,11 @@ pub fn short(v: f64) -> String {
 
 /// Quantity with the prefix that leaves one to three digits before the point: `6.491 mm`.
 pub fn quantity(v: f64, unit: &str, digits: usize) -> String {
-    quantity_beside(v, v, unit, digits)
+    quantity_in_prefix(v, v, unit, digits)
 }
 
 /// Quantity with the prefix of another quantity: `0.656 µm` beside `1.24 µm`.
-pub fn quantity_beside(v: f64, other: f64, unit: &str, digits: usize) -> String {
+pub fn quantity_in_prefix(v: f64, other: f64, unit: &str, digits: usize) -> String {
     if v == 0.0 || !v.is_finite() {
         return format!("{} {unit}", figure(v, digits));
     }
@@ -88,7 +88,7 @@ fn prefixed(unit: &str, v: f64, digits: usize) -> (String, f64) {
 
 /// Unit with the prefix that brings `largest` between 1 and 1000, and the factor to it; numbers
 /// without a unit remain as they are.
-pub fn in_unit(unit: &str, largest: f64) -> (String, f64) {
+pub fn prefixed_unit(unit: &str, largest: f64) -> (String, f64) {
     if unit.is_empty() {
         return (String::new(), 1.0);
     }
@@ -117,18 +117,18 @@ pub fn name_and_unit(word: &str) -> (String, &'static str) {
         ("", ""),
     ];
     let of_unit = |(end, unit)| Some((word.strip_suffix(end)?.replace('_', " "), unit));
-    let found = UNITS.into_iter().find_map(of_unit);
-    found.unwrap_or_default()
+    let scaled = UNITS.into_iter().find_map(of_unit);
+    scaled.unwrap_or_default()
 }
 
 /// Title of a key or a figure, such as `force (N)` for `force_n`.
 pub fn title(word: &str) -> String {
     let (name, unit) = name_and_unit(word);
-    with_unit(&name, unit)
+    append_unit(&name, unit)
 }
 
 /// Name with its unit in brackets, if it has one.
-pub fn with_unit(name: &str, unit: &str) -> String {
+pub fn append_unit(name: &str, unit: &str) -> String {
     if unit.is_empty() {
         name.to_owned()
     } else {
@@ -137,7 +137,7 @@ pub fn with_unit(name: &str, unit: &str) -> String {
 }
 
 /// Number of a list whose numbers are apart by `step`, with no more decimals than that requires.
-pub(crate) fn in_steps(v: f64, step: f64) -> String {
+pub(crate) fn format_step(v: f64, step: f64) -> String {
     let decimals = (-step.log10().floor()).clamp(0.0, 6.0) as usize;
     let text = format!("{v:.decimals$}");
     if text.trim_start_matches(['-', '0', '.']).is_empty() {
@@ -152,14 +152,14 @@ pub(crate) fn in_steps(v: f64, step: f64) -> String {
 pub fn ticks(low: f64, high: f64, wanted: usize) -> Vec<(f64, String)> {
     let least = (high - low) / wanted.max(1) as f64;
     if !(least > 0.0 && least.is_finite()) {
-        return vec![(low, in_steps(low, 1.0))];
+        return vec![(low, format_step(low, 1.0))];
     }
     let power = 10f64.powf(least.log10().floor());
     let steps = [1.0, 2.0, 5.0, 10.0].map(|m| m * power);
     let step = steps.into_iter().find(|s| *s >= least * 0.999_999);
     let step = step.unwrap_or(10.0 * power);
     let (first, last) = ((low / step).ceil() as i64, (high / step).floor() as i64);
-    let tick = |i: i64| (i as f64 * step, in_steps(i as f64 * step, step));
+    let tick = |i: i64| (i as f64 * step, format_step(i as f64 * step, step));
     (first..=last).map(tick).collect()
 }
 
@@ -169,7 +169,7 @@ pub fn vector(v: [f64; 3], digits: usize) -> String {
 }
 
 /// Text of a value, or a dash if it is not known.
-pub(crate) fn or_dash<T>(value: Option<T>, words: impl FnOnce(T) -> String) -> String {
+pub(crate) fn text_or_dash<T>(value: Option<T>, words: impl FnOnce(T) -> String) -> String {
     value.map_or_else(|| "–".to_owned(), words)
 }
 
@@ -356,8 +356,8 @@ mod tests {
             let unit = if text.ends_with("Pa") { "Pa" } else { "m" };
             assert_eq!(quantity(v, unit, 4), text);
         }
-        assert_eq!(quantity_beside(6.561e-7, 1.24e-6, "m", 4), "0.6561 µm");
-        assert_eq!(quantity_beside(0.0, 1.24e-6, "m", 4), "0 m");
+        assert_eq!(quantity_in_prefix(6.561e-7, 1.24e-6, "m", 4), "0.6561 µm");
+        assert_eq!(quantity_in_prefix(0.0, 1.24e-6, "m", 4), "0 m");
         assert_eq!(figure(193.0, 3), "193");
         assert_eq!(figure(5.19e-3, 3), "0.00519");
         assert_eq!(figure(f64::NAN, 3), "–");
@@ -379,11 +379,11 @@ mod tests {
             (3e-5, "µN", 1e6),
             (0.0, "N", 1.0),
         ] {
-            let (found, by) = in_unit("N", largest);
+            let (found, by) = prefixed_unit("N", largest);
             assert_eq!(found, unit);
             assert!((by / factor - 1.0).abs() < 1e-12, "{by}");
         }
-        assert_eq!(in_unit("", 4.2e3), (String::new(), 1.0));
+        assert_eq!(prefixed_unit("", 4.2e3), (String::new(), 1.0));
     }
 
     #[test]
@@ -396,7 +396,7 @@ mod tests {
         assert_eq!(of(0.0, 1.0, 5).len(), 6);
         assert_eq!(of(-0.1, 0.3, 4)[0].1, "−0.1");
         assert_eq!(of(3.0, 3.0, 5), [(3.0, "3".into())]);
-        assert_eq!(in_steps(0.30000000000000004, 0.1), "0.3");
-        assert_eq!(in_steps(-0.0, 0.1), "0");
+        assert_eq!(format_step(0.30000000000000004, 0.1), "0.3");
+        assert_eq!(format_step(-0.0, 0.1), "0");
     }
 }

@@ -6,7 +6,7 @@ use std::collections::HashMap;
 use nalgebra_sparse::CscMatrix;
 
 use crate::entries::Entries;
-use crate::error::{Fault, MatrixError, Place};
+use crate::error::{FilePosition, MatrixError, MatrixFault};
 use crate::{NamedMatrix, Row};
 
 /// Most names in a message.
@@ -14,14 +14,14 @@ const MOST_NAMES: usize = 20;
 
 /// Quantity that a matrix is of, by which one is chosen among several of a file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Quantity {
+pub enum MatrixQuantity {
     /// Stiffness.
     Stiffness,
     /// Mass.
     Mass,
 }
 
-impl Quantity {
+impl MatrixQuantity {
     fn word(self) -> &'static str {
         match self {
             Self::Stiffness => "stiffness",
@@ -29,7 +29,7 @@ impl Quantity {
         }
     }
 
-    fn other(self) -> Self {
+    fn counterpart(self) -> Self {
         match self {
             Self::Stiffness => Self::Mass,
             Self::Mass => Self::Stiffness,
@@ -54,18 +54,18 @@ impl Quantity {
     }
 }
 
-/// Index of the matrix that is meant, see [`Matrices::choose`](crate::Matrices::choose). `other`
-/// describes a variable of a name that has another type.
+/// Index of the matrix that is meant, see [`FileMatrices::choose`](crate::FileMatrices::choose).
+/// `other` describes a variable of a name that has another type.
 pub(crate) fn pick(
     matrices: &[Option<&str>],
-    quantity: Quantity,
+    quantity: MatrixQuantity,
     name: Option<&str>,
     other: impl Fn(&str) -> Option<String>,
-) -> Result<usize, Fault> {
+) -> Result<usize, MatrixFault> {
     let position = |is_it: &dyn Fn(&str) -> bool| {
         let is_it = |i: &usize| matrices[*i].is_some_and(is_it);
-        let mut found = (0..matrices.len()).filter(is_it);
-        (found.next(), found.next().is_some())
+        let mut indices = (0..matrices.len()).filter(is_it);
+        (indices.next(), indices.next().is_some())
     };
     if let Some(name) = name {
         let exact = position(&|other| other == name);
@@ -73,20 +73,20 @@ pub(crate) fn pick(
         let names = || names(matrices);
         return match (exact.0, other(name), loose) {
             (Some(found), ..) | (None, None, (Some(found), false)) => Ok(found),
-            (None, Some(variable), _) => Err(Fault::NotAMatrix {
+            (None, Some(variable), _) => Err(MatrixFault::NotAMatrix {
                 variable,
                 names: names(),
             }),
-            _ => Err(Fault::NoSuchName {
-                name: crate::text::shown(name.as_bytes()),
+            _ => Err(MatrixFault::NoSuchName {
+                name: crate::text::printable(name.as_bytes()),
                 names: names(),
             }),
         };
     }
     if let [only] = matrices {
-        let other = only.filter(|name| quantity.other().is_called(name));
+        let other = only.filter(|name| quantity.counterpart().is_called(name));
         return match other {
-            Some(name) => Err(Fault::OtherQuantity {
+            Some(name) => Err(MatrixFault::OtherQuantity {
                 quantity: quantity.word(),
                 name: name.to_owned(),
             }),
@@ -95,7 +95,7 @@ pub(crate) fn pick(
     }
     match position(&|name| quantity.is_called(name)) {
         (Some(found), false) => Ok(found),
-        _ => Err(Fault::Unclear {
+        _ => Err(MatrixFault::Unclear {
             quantity: quantity.word(),
             names: names(matrices),
         }),
@@ -125,25 +125,25 @@ fn names(matrices: &[Option<&str>]) -> String {
 /// # Errors
 /// A matrix without labels; a row that is not among `rows`; other numbers of generalised
 /// coordinates.
-pub fn on_rows(matrix: NamedMatrix, rows: &[Row]) -> Result<CscMatrix<f64>, MatrixError> {
+pub fn expand_to_rows(matrix: NamedMatrix, rows: &[Row]) -> Result<CscMatrix<f64>, MatrixError> {
     placed(&matrix, rows).map_err(|fault| MatrixError {
         path: None,
-        place: Place::File,
+        place: FilePosition::File,
         fault,
     })
 }
 
-fn placed(matrix: &NamedMatrix, rows: &[Row]) -> Result<CscMatrix<f64>, Fault> {
+fn placed(matrix: &NamedMatrix, rows: &[Row]) -> Result<CscMatrix<f64>, MatrixFault> {
     let called = || {
         let name = matrix.name.as_deref();
         name.map_or("a matrix".to_owned(), |name| format!("matrix `{name}`"))
     };
     let Some(labels) = &matrix.rows else {
-        return Err(Fault::Unlabelled { matrix: called() });
+        return Err(MatrixFault::Unlabelled { matrix: called() });
     };
     let matrix_rows = matrix.matrix.nrows();
     if labels.len() != matrix_rows || matrix.matrix.ncols() != matrix_rows {
-        return Err(Fault::RowCount {
+        return Err(MatrixFault::RowCount {
             matrix: called(),
             rows: matrix_rows,
             labels: labels.len(),
@@ -155,7 +155,7 @@ fn placed(matrix: &NamedMatrix, rows: &[Row]) -> Result<CscMatrix<f64>, Fault> {
         if *row == Row::Generalised {
             generalised.push(i);
         } else if let Some(before) = places.insert(*row, i) {
-            return Err(Fault::RowTwice {
+            return Err(MatrixFault::RowTwice {
                 what: row.to_string(),
                 first: before + 1,
                 second: i + 1,
@@ -167,7 +167,7 @@ fn placed(matrix: &NamedMatrix, rows: &[Row]) -> Result<CscMatrix<f64>, Fault> {
         .filter(|row| **row == Row::Generalised)
         .count();
     if count != generalised.len() && count != 0 {
-        return Err(Fault::GeneralisedCount {
+        return Err(MatrixFault::GeneralisedCount {
             matrix: called(),
             found: count,
             expected: generalised.len(),
@@ -180,7 +180,7 @@ fn placed(matrix: &NamedMatrix, rows: &[Row]) -> Result<CscMatrix<f64>, Fault> {
             Row::Generalised => next.next(),
             Row::Node { .. } => places.remove(row),
         };
-        place_of.push(place.ok_or_else(|| Fault::RowNotThere {
+        place_of.push(place.ok_or_else(|| MatrixFault::RowNotThere {
             matrix: called(),
             what: row.to_string(),
         })?);

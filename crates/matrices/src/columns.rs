@@ -5,13 +5,13 @@
 use std::collections::HashMap;
 
 use crate::entries::{Entries, check_size};
-use crate::error::{Fault, Read, WRITE_AGAIN};
-use crate::text::{self, Lines};
+use crate::error::{MatrixFault, Read, WRITE_AGAIN};
+use crate::text::{self, TextLines};
 use crate::{NamedMatrix, Row};
 
 /// Number of columns of a text, if its first line of content has numbers alone.
 pub(crate) fn columns(bytes: &[u8]) -> Option<usize> {
-    let (_, line) = content(&mut Lines::new(bytes))?;
+    let (_, line) = content(&mut TextLines::new(bytes))?;
     let mut count = 0;
     for field in text::fields(line) {
         text::number(field)?;
@@ -21,7 +21,7 @@ pub(crate) fn columns(bytes: &[u8]) -> Option<usize> {
 }
 
 /// Next line that is neither blank nor a comment of Abaqus.
-fn content<'a>(lines: &mut Lines<'a>) -> Option<(usize, &'a [u8])> {
+fn content<'a>(lines: &mut TextLines<'a>) -> Option<(usize, &'a [u8])> {
     lines
         .by_ref()
         .map(|(number, line)| (number, line.trim_ascii()))
@@ -30,25 +30,28 @@ fn content<'a>(lines: &mut Lines<'a>) -> Option<(usize, &'a [u8])> {
 
 /// Reads entries whose rows and columns are numbered from 1. The matrix ends with its last entry.
 pub(crate) fn numbered(bytes: &[u8]) -> Read<NamedMatrix> {
-    let mut lines = Lines::new(bytes);
+    let mut lines = TextLines::new(bytes);
     let mut entries = Entries::new(0, 0);
     let mut rows = 0;
     while let Some((number, line)) = content(&mut lines) {
         let Some([row, column, value]) = text::exactly::<3>(line) else {
             let expected = "an entry (`row column value`)";
-            return Err(Fault::malformed(text::quoted(line), expected, WRITE_AGAIN).at_line(number));
+            return Err(
+                MatrixFault::malformed(text::quoted(line), expected, WRITE_AGAIN)
+                    .locate_line(number),
+            );
         };
         let mut index = |field: &[u8]| {
-            let found = text::whole(field).filter(|n| *n > 0);
-            let found = found.ok_or_else(|| {
+            let number = text::parse_whole_number(field).filter(|n| *n > 0);
+            let number_or_fault = number.ok_or_else(|| {
                 let expected = "the number of a row or column, counted from 1";
-                Fault::malformed(text::quoted(field), expected, WRITE_AGAIN)
+                MatrixFault::malformed(text::quoted(field), expected, WRITE_AGAIN)
             })?;
-            check_size(found, found, bytes.len())?;
-            rows = rows.max(found as usize);
-            Ok(found as usize - 1)
+            check_size(number_or_fault, number_or_fault, bytes.len())?;
+            rows = rows.max(number_or_fault as usize);
+            Ok(number_or_fault as usize - 1)
         };
-        let at_line = |fault: Fault| fault.at_line(number);
+        let at_line = |fault: MatrixFault| fault.locate_line(number);
         let row = index(row).map_err(at_line)?;
         let column = index(column).map_err(at_line)?;
         entries.push(row, column, text::value(value, number)?);
@@ -79,9 +82,9 @@ impl Label {
 }
 
 /// Label of a node and a direction. Nodes with a negative number are internal ones of Abaqus.
-fn label(node: &[u8], direction: &[u8]) -> Result<Label, Fault> {
+fn label(node: &[u8], direction: &[u8]) -> Result<Label, MatrixFault> {
     let number = |field: &[u8], expected: &str| {
-        let wrong = || Fault::malformed(text::quoted(field), expected, WRITE_AGAIN);
+        let wrong = || MatrixFault::malformed(text::quoted(field), expected, WRITE_AGAIN);
         text::signed(field).ok_or_else(wrong)
     };
     let node = number(node, "the number of a node")?;
@@ -90,7 +93,7 @@ fn label(node: &[u8], direction: &[u8]) -> Result<Label, Fault> {
     match u64::try_from(node) {
         Ok(node) if node > 0 => match u8::try_from(direction) {
             Ok(direction @ 1..=6) => Ok(Label::Node { node, direction }),
-            _ => Err(Fault::Direction { node, direction }),
+            _ => Err(MatrixFault::Direction { node, direction }),
         },
         _ => Ok(Label::Internal {
             node: node.unsigned_abs(),
@@ -121,7 +124,7 @@ impl Found {
     }
 
     /// Labels in the order of rows, and the row of each number.
-    fn in_order(self) -> (Vec<Row>, Vec<u32>) {
+    fn sorted_labels(self) -> (Vec<Row>, Vec<u32>) {
         let mut sorted: Vec<_> = self.numbers.into_iter().collect();
         sorted.sort_unstable();
         let mut row_of = vec![0; sorted.len()];
@@ -135,24 +138,27 @@ impl Found {
 
 /// Reads entries whose rows and columns are named by node and direction.
 pub(crate) fn labelled(bytes: &[u8]) -> Read<NamedMatrix> {
-    let mut lines = Lines::new(bytes);
+    let mut lines = TextLines::new(bytes);
     let mut entries = Entries::new(0, 0);
-    let mut found = Found::default();
+    let mut matrix = Found::default();
     let (mut last_row, mut last_column) = (None, None);
     while let Some((number, line)) = content(&mut lines) {
         let Some([node, direction, other_node, other_direction, value]) = text::exactly::<5>(line)
         else {
             let expected = "an entry (`node, direction, node, direction, value`)";
-            return Err(Fault::malformed(text::quoted(line), expected, WRITE_AGAIN).at_line(number));
+            return Err(
+                MatrixFault::malformed(text::quoted(line), expected, WRITE_AGAIN)
+                    .locate_line(number),
+            );
         };
-        let at_line = |fault: Fault| fault.at_line(number);
+        let at_line = |fault: MatrixFault| fault.locate_line(number);
         let row = label(node, direction).map_err(at_line)?;
         let column = label(other_node, other_direction).map_err(at_line)?;
-        let row = found.number(row, &mut last_row);
-        let column = found.number(column, &mut last_column);
+        let row = matrix.number(row, &mut last_row);
+        let column = matrix.number(column, &mut last_column);
         entries.push(row, column, text::value(value, number)?);
     }
-    let (rows, row_of) = found.in_order();
+    let (rows, row_of) = matrix.sorted_labels();
     entries.renumber(&row_of);
     entries.resize(rows.len(), rows.len());
     Ok(NamedMatrix {

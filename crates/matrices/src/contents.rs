@@ -4,19 +4,19 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::choice::{self, Quantity};
+use crate::choice::{self, MatrixQuantity};
 use crate::entries::Budget;
-use crate::error::{Failure, Fault, MatrixError, Read};
+use crate::error::{Failure, MatrixError, MatrixFault, Read};
 use crate::{NamedMatrix, text};
 
 /// Matrices of a file. Those of Matlab's files are read when they are asked for.
 #[derive(Debug)]
-pub struct Matrices<'a> {
+pub struct FileMatrices<'a> {
     path: PathBuf,
     /// Length of the file.
     bytes: usize,
     list: Vec<Listed<'a>>,
-    others: Vec<Other>,
+    others: Vec<OtherVariable>,
 }
 
 /// One matrix of a file.
@@ -26,12 +26,12 @@ pub(crate) struct Listed<'a> {
     pub name: Option<String>,
     /// Number of columns, where it is known.
     pub columns: Option<usize>,
-    pub content: Content<'a>,
+    pub content: MatrixContent<'a>,
 }
 
 /// State of a matrix of a file.
 #[derive(Debug)]
-pub(crate) enum Content<'a> {
+pub(crate) enum MatrixContent<'a> {
     Read(NamedMatrix),
     Faulty(Failure),
     Unread(Box<dyn Unread + 'a>),
@@ -44,27 +44,27 @@ pub(crate) trait Unread: std::fmt::Debug {
 
 /// Variable of another type than a matrix of real numbers.
 #[derive(Debug)]
-pub(crate) struct Other {
+pub(crate) struct OtherVariable {
     pub name: String,
     pub what: &'static str,
 }
 
 /// Matrices and other variables of a file in the order in which they were found.
 #[derive(Debug, Default)]
-pub(crate) struct Found<'a> {
+pub(crate) struct FoundMatrices<'a> {
     pub list: Vec<Listed<'a>>,
-    pub others: Vec<Other>,
+    pub others: Vec<OtherVariable>,
 }
 
-impl<'a> Found<'a> {
+impl<'a> FoundMatrices<'a> {
     /// Adds a matrix that was read, or its fault.
     pub fn add(&mut self, name: Option<String>, columns: usize, matrix: Read<NamedMatrix>) {
         self.list.push(Listed {
             name,
             columns: Some(columns),
             content: match matrix {
-                Ok(matrix) => Content::Read(matrix),
-                Err(failure) => Content::Faulty(failure),
+                Ok(matrix) => MatrixContent::Read(matrix),
+                Err(failure) => MatrixContent::Faulty(failure),
             },
         });
     }
@@ -73,18 +73,20 @@ impl<'a> Found<'a> {
     ///
     /// # Errors
     /// The file lacks matrices.
-    pub fn of(self, path: &Path, bytes: usize) -> Result<Matrices<'a>, MatrixError> {
+    pub fn finish(self, path: &Path, bytes: usize) -> Result<FileMatrices<'a>, MatrixError> {
         let Self { list, others } = self;
         if list.is_empty() {
-            let others: Vec<String> = others.iter().map(Other::to_string).collect();
+            let others: Vec<String> = others.iter().map(OtherVariable::to_string).collect();
             let left_out = match &others[..] {
                 [] => "it has no variables".to_owned(),
-                others => text::shown(others.join(", ").as_bytes()),
+                others => text::printable(others.join(", ").as_bytes()),
             };
-            return Err(Fault::NoMatrix { left_out }.in_file().of(path));
+            return Err(MatrixFault::NoMatrix { left_out }
+                .locate_file()
+                .error_in_file(path));
         }
         let path = path.to_owned();
-        Ok(Matrices {
+        Ok(FileMatrices {
             path,
             bytes,
             list,
@@ -93,13 +95,13 @@ impl<'a> Found<'a> {
     }
 }
 
-impl std::fmt::Display for Other {
+impl std::fmt::Display for OtherVariable {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(f, "`{}` is {}", self.name, self.what)
     }
 }
 
-impl Matrices<'_> {
+impl FileMatrices<'_> {
     /// Chooses a matrix: the one of a name; else the only one; else the one with a customary name of
     /// the quantity, such as `K`, `KAA` or `STIFFNESS`, and `M`, `MAA` or `MASS`.
     ///
@@ -108,13 +110,13 @@ impl Matrices<'_> {
     /// matrix is not taken where it has a customary name of the other quantity.
     pub fn choose(
         self,
-        quantity: Quantity,
+        quantity: MatrixQuantity,
         name: Option<&str>,
     ) -> Result<NamedMatrix, MatrixError> {
         let names: Vec<Option<&str>> = self.list.iter().map(|m| m.name.as_deref()).collect();
         let other = |name: &str| {
             let called = self.others.iter().find(|o| o.name == name);
-            called.map(Other::to_string)
+            called.map(OtherVariable::to_string)
         };
         match choice::pick(&names, quantity, name, other) {
             Ok(found) => self.read(found),
@@ -130,13 +132,13 @@ impl Matrices<'_> {
         let list = self.list.iter().enumerate();
         let columns = list.filter(|(_, m)| m.columns == Some(1));
         let called = columns.filter(|(_, m)| name.is_none() || m.name.as_deref() == name);
-        let found: Vec<usize> = called.map(|(i, _)| i).collect();
-        let &[only] = &found[..] else {
-            let count = found.len();
+        let indices: Vec<usize> = called.map(|(i, _)| i).collect();
+        let &[only] = &indices[..] else {
+            let count = indices.len();
             let called = name.map_or(String::new(), |name| {
-                format!(" called `{}`", text::shown(name.as_bytes()))
+                format!(" called `{}`", text::printable(name.as_bytes()))
             });
-            return self.nameless_or(Fault::NotOneColumn { count, called });
+            return self.nameless_or(MatrixFault::NotOneColumn { count, called });
         };
         let matrix = self.read(only)?.matrix;
         let mut values = vec![0.0; matrix.nrows()];
@@ -150,32 +152,32 @@ impl Matrices<'_> {
     ///
     /// # Errors
     /// The first fault of one of them.
-    pub fn all(self) -> Result<Vec<NamedMatrix>, MatrixError> {
-        let mut budget = Budget::of(self.bytes);
+    pub fn read_all(self) -> Result<Vec<NamedMatrix>, MatrixError> {
+        let mut budget = Budget::new(self.bytes);
         let read = self.list.into_iter();
         let read = read.map(|m| m.content.read(&mut budget));
         let read: Read<Vec<NamedMatrix>> = read.collect();
-        read.map_err(|failure| failure.of(&self.path))
+        read.map_err(|failure| failure.error_in_file(&self.path))
     }
 
     fn read(mut self, index: usize) -> Result<NamedMatrix, MatrixError> {
         let chosen = self.list.swap_remove(index);
-        let read = chosen.content.read(&mut Budget::of(self.bytes));
-        read.map_err(|failure| failure.of(&self.path))
+        let read = chosen.content.read(&mut Budget::new(self.bytes));
+        read.map_err(|failure| failure.error_in_file(&self.path))
     }
 
     /// Fault of a matrix whose name it hides, which may be the one that was meant; else this one.
-    fn nameless_or<T>(self, fault: Fault) -> Result<T, MatrixError> {
+    fn nameless_or<T>(self, fault: MatrixFault) -> Result<T, MatrixError> {
         let nameless = self.list.into_iter().find_map(|m| match m.content {
-            Content::Faulty(failure) if m.columns.is_none() => Some(failure),
+            MatrixContent::Faulty(failure) if m.columns.is_none() => Some(failure),
             _ => None,
         });
-        let failure = nameless.unwrap_or_else(|| fault.in_file());
-        Err(failure.of(&self.path))
+        let failure = nameless.unwrap_or_else(|| fault.locate_file());
+        Err(failure.error_in_file(&self.path))
     }
 }
 
-impl Content<'_> {
+impl MatrixContent<'_> {
     fn read(self, budget: &mut Budget) -> Read<NamedMatrix> {
         match self {
             Self::Read(matrix) => Ok(matrix),

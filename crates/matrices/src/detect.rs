@@ -3,13 +3,13 @@
 
 use std::path::Path;
 
-use crate::error::Fault;
-use crate::text::Lines;
+use crate::error::MatrixFault;
+use crate::text::TextLines;
 use crate::{columns, harwell_boeing, mat, matrix_market, op4, substructure};
 
 /// Format that is read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Format {
+pub(crate) enum MatrixFormat {
     MatrixMarket,
     /// Lines `row column value`.
     Numbered,
@@ -23,40 +23,40 @@ pub(crate) enum Format {
 }
 
 /// Finds the format of a file.
-pub(crate) fn detect(path: &Path, bytes: &[u8]) -> Result<Format, Fault> {
+pub(crate) fn detect(path: &Path, bytes: &[u8]) -> Result<MatrixFormat, MatrixFault> {
     if bytes.trim_ascii().is_empty() {
-        return Err(Fault::Empty);
+        return Err(MatrixFault::Empty);
     }
     let not_read = |what: &str, remedy: &'static str| {
         let what = what.to_owned();
-        Err(Fault::NotRead { what, remedy })
+        Err(MatrixFault::NotRead { what, remedy })
     };
     let is_hdf = bytes.starts_with(b"\x89HDF\r\n\x1a\n");
     if bytes.starts_with(b"MATLAB 7.3") || is_hdf {
         let what = "a file of Matlab's version 7.3 or another HDF5 file";
         return not_read(what, "save the matrices in Matlab by `save -v7`");
     }
-    if mat::is_one(bytes) {
-        return Ok(Format::Mat);
+    if mat::is_mat_5(bytes) {
+        return Ok(MatrixFormat::Mat);
     }
     if op4::is_binary(bytes) {
-        return Ok(Format::Op4Binary);
+        return Ok(MatrixFormat::Op4Binary);
     }
-    if matrix_market::is_one(bytes) {
-        return Ok(Format::MatrixMarket);
+    if matrix_market::is_matrix_market(bytes) {
+        return Ok(MatrixFormat::MatrixMarket);
     }
-    if substructure::is_one(bytes) {
-        return Ok(Format::Substructure);
+    if substructure::is_substructure(bytes) {
+        return Ok(MatrixFormat::Substructure);
     }
     if op4::is_text(bytes) {
-        return Ok(Format::Op4Text);
+        return Ok(MatrixFormat::Op4Text);
     }
-    if harwell_boeing::is_one(bytes) {
-        return Ok(Format::HarwellBoeing);
+    if harwell_boeing::is_harwell_boeing(bytes) {
+        return Ok(MatrixFormat::HarwellBoeing);
     }
     match columns::columns(bytes) {
-        Some(3) => return Ok(Format::Numbered),
-        Some(5) => return Ok(Format::Labelled),
+        Some(3) => return Ok(MatrixFormat::Numbered),
+        Some(5) => return Ok(MatrixFormat::Labelled),
         Some(1) => {
             let remedy = "give it as the table of rows, and the files .sti and .mas as matrices";
             return not_read("a column of numbers, as CalculiX' .dof has it", remedy);
@@ -70,7 +70,7 @@ pub(crate) fn detect(path: &Path, bytes: &[u8]) -> Result<Format, Fault> {
         let what = "a file .mat of another version than 5 and 7";
         return not_read(what, "save the matrices in Matlab by `save -v7`");
     }
-    let first = Lines::new(bytes)
+    let first = TextLines::new(bytes)
         .next()
         .map(|(_, line)| line.to_ascii_lowercase());
     let has = |word: &str| {
@@ -85,5 +85,5 @@ pub(crate) fn detect(path: &Path, bytes: &[u8]) -> Result<Format, Fault> {
             "give it as such, and a file with the matrix beside it",
         );
     }
-    Err(Fault::UnknownFormat)
+    Err(MatrixFault::UnknownFormat)
 }

@@ -2,7 +2,7 @@
 
 use nalgebra_sparse::CscMatrix;
 
-use crate::error::{Fault, Read};
+use crate::error::{MatrixFault, Read};
 
 /// Rows and columns that a matrix may have whatever the length of its file.
 const FREE_ROWS: usize = 10_000;
@@ -28,21 +28,25 @@ pub(crate) struct Entries {
 ///
 /// # Errors
 /// The size is beyond that.
-pub(crate) fn check_size(rows: u64, columns: u64, bytes: usize) -> Result<(usize, usize), Fault> {
-    Sizes::of(bytes).add(rows, columns)
+pub(crate) fn check_size(
+    rows: u64,
+    columns: u64,
+    bytes: usize,
+) -> Result<(usize, usize), MatrixFault> {
+    MatrixSizes::new(bytes).add(rows, columns)
 }
 
 /// Sizes of the matrices of one file.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Sizes {
+pub(crate) struct MatrixSizes {
     bytes: usize,
     /// Columns of all matrices.
     columns: usize,
 }
 
-impl Sizes {
+impl MatrixSizes {
     /// No matrices in a file of so many bytes.
-    pub fn of(bytes: usize) -> Self {
+    pub fn new(bytes: usize) -> Self {
         Self { bytes, columns: 0 }
     }
 
@@ -50,7 +54,7 @@ impl Sizes {
     ///
     /// # Errors
     /// The size is beyond what the file can have.
-    pub fn add(&mut self, rows: u64, columns: u64) -> Result<(usize, usize), Fault> {
+    pub fn add(&mut self, rows: u64, columns: u64) -> Result<(usize, usize), MatrixFault> {
         let most = self.bytes.saturating_add(FREE_ROWS).min(u32::MAX as usize);
         let size = |n: u64, used: usize| {
             let n = usize::try_from(n).ok();
@@ -61,7 +65,7 @@ impl Sizes {
                 self.columns += columns;
                 Ok((rows, columns))
             }
-            _ => Err(Fault::TooLarge {
+            _ => Err(MatrixFault::TooLarge {
                 announced: format!("a matrix of {rows} x {columns}"),
                 bytes: self.bytes,
             }),
@@ -87,7 +91,7 @@ pub(crate) struct Budget {
 
 impl Budget {
     /// Budget for a file of this length.
-    pub fn of(bytes: usize) -> Self {
+    pub fn new(bytes: usize) -> Self {
         let more = bytes.saturating_mul(BYTES_OF_A_BYTE);
         Self {
             file: bytes,
@@ -99,9 +103,9 @@ impl Budget {
     ///
     /// # Errors
     /// Too few bytes are left.
-    pub fn charge(&mut self, bytes: usize, name: &str) -> Result<(), Fault> {
+    pub fn charge(&mut self, bytes: usize, name: &str) -> Result<(), MatrixFault> {
         let left = self.left.checked_sub(bytes);
-        self.left = left.ok_or_else(|| Fault::Inflated {
+        self.left = left.ok_or_else(|| MatrixFault::Inflated {
             name: name.to_owned(),
             bytes: self.file,
         })?;
@@ -112,10 +116,10 @@ impl Budget {
     ///
     /// # Errors
     /// Too few bytes are left.
-    pub fn size(&mut self, rows: u64, columns: u64, name: &str) -> Result<[usize; 2], Fault> {
+    pub fn size(&mut self, rows: u64, columns: u64, name: &str) -> Result<[usize; 2], MatrixFault> {
         let size = [rows, columns].map(|n| u32::try_from(n).ok());
         let [Some(rows), Some(columns)] = size else {
-            return Err(Fault::TooLarge {
+            return Err(MatrixFault::TooLarge {
                 announced: format!("a matrix of {rows} x {columns}"),
                 bytes: self.file,
             });
@@ -233,7 +237,7 @@ impl Entries {
                 if !sum.is_finite() {
                     let found = format!("{sum} at row {}, column {}", row + 1, j + 1);
                     let what = "the sum of entries at one place";
-                    return Err(Fault::NotFinite { what, found }.in_file());
+                    return Err(MatrixFault::NotFinite { what, found }.locate_file());
                 }
                 if sum != 0.0 {
                     indices.push(row as usize);

@@ -13,9 +13,9 @@ pub struct MatrixError {
     /// File; `None` for matrices that were read before.
     pub path: Option<PathBuf>,
     /// Place in the file.
-    pub place: Place,
+    pub place: FilePosition,
     /// Fault at that place.
-    pub fault: Fault,
+    pub fault: MatrixFault,
 }
 
 /// Beginning of a message about a file.
@@ -26,7 +26,7 @@ fn file(path: Option<&Path>) -> String {
 /// Place of an error in a file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
-pub enum Place {
+pub enum FilePosition {
     /// File as a whole.
     File,
     /// Line of a text, counted from 1.
@@ -36,7 +36,7 @@ pub enum Place {
     Byte(usize),
 }
 
-impl fmt::Display for Place {
+impl fmt::Display for FilePosition {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::File => Ok(()),
@@ -50,7 +50,7 @@ impl fmt::Display for Place {
 #[derive(Debug, Error)]
 #[expect(missing_docs, reason = "the messages say what they mean")]
 #[non_exhaustive]
-pub enum Fault {
+pub enum MatrixFault {
     #[error("{why}")]
     File { why: String },
     #[error("the file is empty: write it again")]
@@ -173,14 +173,14 @@ pub enum Fault {
 /// Fault with its place, before the file is known.
 #[derive(Debug)]
 pub(crate) struct Failure {
-    place: Place,
-    fault: Fault,
+    place: FilePosition,
+    fault: MatrixFault,
 }
 
 pub(crate) type Read<T> = Result<T, Failure>;
 
 impl Failure {
-    pub fn without_file(self) -> MatrixError {
+    pub fn fileless_error(self) -> MatrixError {
         MatrixError {
             path: None,
             place: self.place,
@@ -188,30 +188,30 @@ impl Failure {
         }
     }
 
-    pub fn of(self, path: &Path) -> MatrixError {
+    pub fn error_in_file(self, path: &Path) -> MatrixError {
         MatrixError {
             path: Some(path.to_owned()),
-            ..self.without_file()
+            ..self.fileless_error()
         }
     }
 }
 
-impl Fault {
+impl MatrixFault {
     /// Fault of a line, counted from 1.
-    pub(crate) fn at_line(self, line: usize) -> Failure {
-        let place = Place::Line(line);
+    pub(crate) fn locate_line(self, line: usize) -> Failure {
+        let place = FilePosition::Line(line);
         Failure { place, fault: self }
     }
 
     /// Fault of a byte, counted from 0.
-    pub(crate) fn at_byte(self, byte: usize) -> Failure {
-        let place = Place::Byte(byte);
+    pub(crate) fn locate_byte(self, byte: usize) -> Failure {
+        let place = FilePosition::Byte(byte);
         Failure { place, fault: self }
     }
 
     /// Fault of the file as a whole.
-    pub(crate) fn in_file(self) -> Failure {
-        let place = Place::File;
+    pub(crate) fn locate_file(self) -> Failure {
+        let place = FilePosition::File;
         Failure { place, fault: self }
     }
 

@@ -8,8 +8,8 @@
 
 use std::borrow::Cow;
 
-use crate::error::{Fault, Read, WRITE_AGAIN};
-use crate::text::{self, Lines};
+use crate::error::{MatrixFault, Read, WRITE_AGAIN};
+use crate::text::{self, TextLines};
 
 /// Most steps of a format, and its largest number.
 const MOST: usize = 10_000;
@@ -41,13 +41,13 @@ enum Step {
 
 /// Format of numbers.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Format {
+pub(crate) struct FortranFormat {
     steps: Vec<Step>,
     /// Step with which it goes on at its end.
     again: usize,
 }
 
-impl Format {
+impl FortranFormat {
     /// Format of a text such as `(3D24.16)`; `None` for a text of another kind.
     pub fn new(text: &[u8]) -> Option<Self> {
         let letters = text.iter().filter(|b| !b.is_ascii_whitespace());
@@ -65,7 +65,7 @@ impl Format {
 
     /// Formats one behind the other, each in parentheses. `None` if other text is between them.
     pub fn several(line: &[u8]) -> Option<Vec<&[u8]>> {
-        let mut found = Vec::new();
+        let mut formats = Vec::new();
         let (mut depth, mut from) = (0usize, 0);
         for (at, byte) in line.iter().enumerate() {
             match byte {
@@ -78,14 +78,14 @@ impl Format {
                 b')' => {
                     depth = depth.checked_sub(1)?;
                     if depth == 0 {
-                        found.push(&line[from..=at]);
+                        formats.push(&line[from..=at]);
                     }
                 }
                 other if depth == 0 && !other.is_ascii_whitespace() => return None,
                 _ => {}
             }
         }
-        (depth == 0).then_some(found)
+        (depth == 0).then_some(formats)
     }
 }
 
@@ -164,17 +164,17 @@ impl Parser<'_> {
 
     /// Reads the width, the decimals and the digits of the exponent behind the letter of a number.
     fn field(&mut self, letter: u8) -> Option<()> {
-        let width = self.whole().filter(|n| *n > 0)?;
+        let width = self.whole_number().filter(|n| *n > 0)?;
         let mut decimals = 0;
         if let [b'.', rest @ ..] = self.rest {
             self.rest = rest;
-            decimals = self.whole()?;
+            decimals = self.whole_number()?;
         }
         if let ([b'E' | b'D', rest @ ..], b'E' | b'D' | b'G') = (self.rest, letter)
             && rest.first().is_some_and(u8::is_ascii_digit)
         {
             self.rest = rest;
-            self.whole()?;
+            self.whole_number()?;
         }
         // The second number of I is the least number of digits.
         let decimals = if letter == b'I' { 0 } else { decimals as i64 };
@@ -188,13 +188,13 @@ impl Parser<'_> {
         let step = match (letter, second) {
             (b'T', Some(b'L' | b'R')) => {
                 self.rest = &self.rest[1..];
-                let by = self.whole()?;
+                let by = self.whole_number()?;
                 match second {
                     Some(b'L') => Step::Left(by),
                     _ => Step::Right(by),
                 }
             }
-            (b'T', _) => Step::Column(self.whole()?.checked_sub(1)?),
+            (b'T', _) => Step::Column(self.whole_number()?.checked_sub(1)?),
             (b'B', Some(b'N' | b'Z')) => {
                 self.rest = &self.rest[1..];
                 let are_zeros = second == Some(b'Z');
@@ -232,23 +232,23 @@ impl Parser<'_> {
             _ => return Some(None),
         };
         self.rest = digits;
-        self.whole().map(|n| Some(sign * n as i64))
+        self.whole_number().map(|n| Some(sign * n as i64))
     }
 
-    fn whole(&mut self) -> Option<usize> {
+    fn whole_number(&mut self) -> Option<usize> {
         let is_digit = |b: &&u8| b.is_ascii_digit();
         let digits = self.rest.iter().take_while(is_digit).count();
         let (number, rest) = self.rest.split_at(digits);
         self.rest = rest;
-        let number = usize::try_from(text::whole(number)?).ok();
+        let number = usize::try_from(text::parse_whole_number(number)?).ok();
         number.filter(|n| *n <= MOST)
     }
 }
 
 /// Numbers in a format, one behind the other, from the next line on.
-pub(crate) struct Numbers<'a, 'b> {
-    lines: &'a mut Lines<'b>,
-    format: &'a Format,
+pub(crate) struct FortranNumbers<'a, 'b> {
+    lines: &'a mut TextLines<'b>,
+    format: &'a FortranFormat,
     /// Rest of the steps in the line.
     next: usize,
     /// Line and column, once the first line is read.
@@ -264,8 +264,8 @@ struct Reading {
     has_comma: bool,
 }
 
-impl<'a, 'b> Numbers<'a, 'b> {
-    pub fn new(lines: &'a mut Lines<'b>, format: &'a Format) -> Self {
+impl<'a, 'b> FortranNumbers<'a, 'b> {
+    pub fn new(lines: &'a mut TextLines<'b>, format: &'a FortranFormat) -> Self {
         Self {
             lines,
             format,
@@ -284,7 +284,7 @@ impl<'a, 'b> Numbers<'a, 'b> {
     ///
     /// # Errors
     /// The text ends before `missing`.
-    pub fn next(&mut self, missing: &str) -> Read<Field<'b>> {
+    pub fn next(&mut self, missing: &str) -> Read<FortranField<'b>> {
         let (mut line, mut column) = match self.line {
             Some(place) => place,
             None => (self.lines.required(missing)?, 0),
@@ -309,8 +309,8 @@ impl<'a, 'b> Numbers<'a, 'b> {
                     let from = column.min(line.len());
                     let to = (column + width).min(line.len());
                     self.line = Some((line, column + width));
-                    return Ok(Field {
-                        text: self.reading.without_blanks(&line[from..to]),
+                    return Ok(FortranField {
+                        text: self.reading.strip_blanks(&line[from..to]),
                         decimals,
                         scale: self.reading.scale,
                     });
@@ -321,7 +321,7 @@ impl<'a, 'b> Numbers<'a, 'b> {
 }
 
 /// Behind the last number the format goes on up to the next one: lines that it ends are left.
-impl Drop for Numbers<'_, '_> {
+impl Drop for FortranNumbers<'_, '_> {
     fn drop(&mut self) {
         let rest = self.format.steps[self.next..].iter();
         let rest = rest.take_while(|s| !matches!(s, Step::Field { .. } | Step::Stop));
@@ -334,7 +334,7 @@ impl Drop for Numbers<'_, '_> {
 
 impl Reading {
     /// Text of a number without the blanks that Fortran overlooks in it.
-    fn without_blanks(self, field: &[u8]) -> Cow<'_, [u8]> {
+    fn strip_blanks(self, field: &[u8]) -> Cow<'_, [u8]> {
         let trimmed = field.trim_ascii();
         let is_plain = !trimmed.iter().any(u8::is_ascii_whitespace) && !self.has_comma;
         if is_plain && !(self.blanks_are_zeros && field.trim_ascii_end().len() < field.len()) {
@@ -355,7 +355,7 @@ impl Reading {
 }
 
 /// Field with a number.
-pub(crate) struct Field<'b> {
+pub(crate) struct FortranField<'b> {
     text: Cow<'b, [u8]>,
     /// Digits behind the point where the number has none.
     decimals: i64,
@@ -363,7 +363,7 @@ pub(crate) struct Field<'b> {
     scale: i64,
 }
 
-impl Field<'_> {
+impl FortranField<'_> {
     pub fn text(&self) -> &[u8] {
         &self.text
     }
@@ -393,7 +393,7 @@ impl Field<'_> {
         }
         let wrong = || {
             let expected = "the value of an entry";
-            Fault::malformed(text::quoted(text), expected, WRITE_AGAIN).at_line(line)
+            MatrixFault::malformed(text::quoted(text), expected, WRITE_AGAIN).locate_line(line)
         };
         let (digits, exponent) = text.split_at(mark.unwrap_or(text.len()));
         let is_letter = exponent.first().is_some_and(u8::is_ascii_alphabetic);
@@ -415,9 +415,9 @@ mod tests {
     /// Values of the first fields of a text in a format.
     #[track_caller]
     fn read(format: &str, text: &str, count: usize) -> Vec<f64> {
-        let format = Format::new(format.as_bytes()).expect(format);
-        let mut lines = Lines::new(text.as_bytes());
-        let mut numbers = Numbers::new(&mut lines, &format);
+        let format = FortranFormat::new(format.as_bytes()).expect(format);
+        let mut lines = TextLines::new(text.as_bytes());
+        let mut numbers = FortranNumbers::new(&mut lines, &format);
         let mut value = |_| {
             let field = numbers.next("a number").unwrap();
             field.value(numbers.line_number()).unwrap()
@@ -501,19 +501,19 @@ mod tests {
             "(L8)",
             "(1E99999999999999999999.1)",
         ] {
-            assert_eq!(Format::new(text.as_bytes()), None, "{text}");
+            assert_eq!(FortranFormat::new(text.as_bytes()), None, "{text}");
         }
         let deep = format!("{}I8{}", "(".repeat(1000), ")".repeat(1000));
-        assert_eq!(Format::new(deep.as_bytes()), None);
+        assert_eq!(FortranFormat::new(deep.as_bytes()), None);
     }
 
     #[test]
     fn formats_stand_one_behind_the_other() {
         let line = b"(1X,2(I8,1X))   (8I10)(1P,(3D24.16))  ";
-        let found = Format::several(line).unwrap();
+        let found = FortranFormat::several(line).unwrap();
         assert_eq!(found, [&b"(1X,2(I8,1X))"[..], b"(8I10)", b"(1P,(3D24.16))"]);
         for line in [&b"(8I10) odd (8I10)"[..], b"(8I10", b"8I10)"] {
-            assert_eq!(Format::several(line), None);
+            assert_eq!(FortranFormat::several(line), None);
         }
     }
 }

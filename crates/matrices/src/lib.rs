@@ -3,9 +3,10 @@
 //!
 //! [`parse`] reads every format: MatrixMarket, CalculiX' matrix storage, Abaqus' matrices and
 //! substructures, Nastran's OUTPUT4, Matlab's .mat and Ansys' Harwell-Boeing files.
-//! [`Matrices::choose`] finds the stiffness or the mass among the matrices of a file. [`parse_rows`] reads tables of rows.
-//! [`on_rows`] brings a matrix with labels onto the rows of another one. [`write_matrix_market`]
-//! writes a matrix, [`read_matrix_market`] reads a dense one.
+//! [`FileMatrices::choose`] finds the stiffness or the mass among the matrices of a file.
+//! [`parse_rows`] reads tables of rows. [`expand_to_rows`] brings a matrix with labels onto the
+//! rows of another one. [`write_matrix_market`] writes a matrix, [`read_matrix_market`] reads a
+//! dense one.
 //!
 //! These rules hold for every format:
 //! - A matrix is whole: of a file that has one of each pair of opposite entries both are made. A
@@ -20,12 +21,12 @@
 //!
 //! ```
 //! # fn main() -> Result<(), dovetail_matrices::MatrixError> {
-//! use dovetail_matrices::{Quantity, Row, parse, parse_rows};
+//! use dovetail_matrices::{MatrixQuantity, Row, parse, parse_rows};
 //! use std::path::Path;
 //!
 //! let path = Path::new("job.sti");
 //! let matrices = parse(path, b"1 1 2.0e3\n1 2 -2.0e3\n2 2 2.0e3\n")?;
-//! let stiffness = matrices.choose(Quantity::Stiffness, None)?.matrix;
+//! let stiffness = matrices.choose(MatrixQuantity::Stiffness, None)?.matrix;
 //! assert_eq!(stiffness.get_entry(1, 0).unwrap().into_value(), -2e3);
 //!
 //! let rows = parse_rows(Path::new("job.dof"), b"7.1\n10.1\n")?;
@@ -58,12 +59,12 @@ mod text;
 
 pub use dovetail_mesh::Row;
 
-pub use choice::{Quantity, on_rows};
-pub use contents::Matrices;
-pub use error::{Fault, MatrixError, Place};
+pub use choice::{MatrixQuantity, expand_to_rows};
+pub use contents::FileMatrices;
+pub use error::{FilePosition, MatrixError, MatrixFault};
 pub use matrix_market::{read_matrix_market, write as write_matrix_market};
 
-use detect::Format;
+use detect::MatrixFormat;
 
 /// One matrix of a file.
 #[derive(Debug, Clone, PartialEq)]
@@ -82,25 +83,26 @@ pub struct NamedMatrix {
 /// # Errors
 /// Bytes in an unknown format, and a file without a matrix of real numbers. A fault of one of several
 /// matrices is reported when the matrix is chosen.
-pub fn parse<'a>(path: &Path, bytes: &'a [u8]) -> Result<Matrices<'a>, MatrixError> {
-    let format = detect::detect(path, bytes).map_err(|fault| fault.in_file().of(path))?;
+pub fn parse<'a>(path: &Path, bytes: &'a [u8]) -> Result<FileMatrices<'a>, MatrixError> {
+    let format =
+        detect::detect(path, bytes).map_err(|fault| fault.locate_file().error_in_file(path))?;
     let one = |matrix: NamedMatrix| {
-        let mut found = contents::Found::default();
-        found.add(matrix.name.clone(), matrix.matrix.ncols(), Ok(matrix));
-        found
+        let mut matrices = contents::FoundMatrices::default();
+        matrices.add(matrix.name.clone(), matrix.matrix.ncols(), Ok(matrix));
+        matrices
     };
-    let found = match format {
-        Format::MatrixMarket => matrix_market::parse(bytes).map(one),
-        Format::Numbered => columns::numbered(bytes).map(one),
-        Format::Labelled => columns::labelled(bytes).map(one),
-        Format::Substructure => substructure::parse(bytes),
-        Format::Op4Text => op4::parse_text(bytes),
-        Format::Op4Binary => op4::parse_binary(bytes),
-        Format::Mat => mat::parse(bytes),
-        Format::HarwellBoeing => harwell_boeing::parse(bytes).map(one),
+    let result = match format {
+        MatrixFormat::MatrixMarket => matrix_market::parse(bytes).map(one),
+        MatrixFormat::Numbered => columns::numbered(bytes).map(one),
+        MatrixFormat::Labelled => columns::labelled(bytes).map(one),
+        MatrixFormat::Substructure => substructure::parse(bytes),
+        MatrixFormat::Op4Text => op4::parse_text(bytes),
+        MatrixFormat::Op4Binary => op4::parse_binary(bytes),
+        MatrixFormat::Mat => mat::parse(bytes),
+        MatrixFormat::HarwellBoeing => harwell_boeing::parse(bytes).map(one),
     };
-    let found = found.map_err(|failure| failure.of(path))?;
-    found.of(path, bytes.len())
+    let matrices = result.map_err(|failure| failure.error_in_file(path))?;
+    matrices.finish(path, bytes.len())
 }
 
 /// Reads a table of what the rows of a matrix are: CalculiX' .dof; a table with the columns `node`
@@ -111,5 +113,5 @@ pub fn parse<'a>(path: &Path, bytes: &'a [u8]) -> Result<Matrices<'a>, MatrixErr
 /// # Errors
 /// Bytes that are not such a table.
 pub fn parse_rows(path: &Path, bytes: &[u8]) -> Result<Vec<Row>, MatrixError> {
-    table::parse(bytes).map_err(|failure| failure.of(path))
+    table::parse(bytes).map_err(|failure| failure.error_in_file(path))
 }

@@ -8,14 +8,14 @@
 //! held as a whole.
 
 use crate::NamedMatrix;
-use crate::contents::{Content, Found, Listed, Other, Unread};
+use crate::contents::{FoundMatrices, Listed, MatrixContent, OtherVariable, Unread};
 use crate::entries::{Budget, Entries, OF_A_NUMBER, OF_AN_ENTRY};
-use crate::error::{Fault, Read, WRITE_AGAIN};
+use crate::error::{MatrixFault, Read, WRITE_AGAIN};
 use crate::text;
 
 mod elements;
 
-use elements::{Form, Number, Stream};
+use elements::{MatNumber, NumberType, Stream};
 
 const HEADER: usize = 128;
 /// Types of elements that are no numbers.
@@ -28,23 +28,23 @@ const SPARSE: u64 = 5;
 const OPAQUE: u64 = 17;
 
 /// Returns `true` for a file of version 5.
-pub(crate) fn is_one(bytes: &[u8]) -> bool {
+pub(crate) fn is_mat_5(bytes: &[u8]) -> bool {
     matches!(bytes.get(126..HEADER), Some(b"IM" | b"MI")) && bytes.starts_with(b"MATLAB")
 }
 
 /// Finds the variables of a file.
-pub(crate) fn parse(bytes: &[u8]) -> Read<Found<'_>> {
+pub(crate) fn parse(bytes: &[u8]) -> Read<FoundMatrices<'_>> {
     let is_big_endian = bytes.get(126..HEADER) == Some(b"MI");
-    let mut found = Found::default();
+    let mut matrices = FoundMatrices::default();
     let mut next = HEADER;
     // Less than a tag of zeros at the end is padding.
     let is_padding = |rest: &[u8]| rest.len() < 8 && rest.iter().all(|b| *b == 0);
     while !is_padding(&bytes[next.min(bytes.len())..]) {
         let mut stream = Stream::plain(&bytes[next..], next, is_big_endian);
         let (kind, length) = stream.tag("a variable")?;
-        let from = stream.at();
+        let from = stream.position();
         let end = from.checked_add(length).filter(|end| *end <= bytes.len());
-        let end = end.ok_or_else(|| text::cut_off("the end of a variable"))?;
+        let end = end.ok_or_else(|| text::cut_off_failure("the end of a variable"))?;
         let variable = Variable {
             bytes: &bytes[from..end],
             at: from,
@@ -59,10 +59,10 @@ pub(crate) fn parse(bytes: &[u8]) -> Read<Found<'_>> {
                 stream.padding()
             };
         if (kind == MATRIX || kind == COMPRESSED) && length > 0 {
-            variable.list(&mut found);
+            variable.list(&mut matrices);
         }
     }
-    Ok(found)
+    Ok(matrices)
 }
 
 /// Variable of a file.
@@ -85,10 +85,10 @@ struct Head {
 
 impl Head {
     /// Reads up to the values; `None` for a variable without a name.
-    fn of(stream: &mut Stream) -> Read<Option<Self>> {
+    fn read(stream: &mut Stream) -> Read<Option<Self>> {
         let (_, flags) = stream.short("the flags of a variable")?;
         let flags = flags.first_chunk::<4>();
-        let flags = flags.ok_or_else(|| text::cut_off("the flags of a variable"))?;
+        let flags = flags.ok_or_else(|| text::cut_off_failure("the flags of a variable"))?;
         let flags = u64::from(stream.word(*flags));
         let class = flags & 0xff;
         let mut size = Vec::new();
@@ -96,27 +96,27 @@ impl Head {
         if class != OPAQUE {
             let what = "the size of a variable";
             let (kind, data) = stream.short(what)?;
-            let at = stream.at() - data.len();
-            let form = Form::of(kind, at)?;
+            let at = stream.position() - data.len();
+            let form = NumberType::from_kind(kind, at)?;
             for (i, bytes) in data.chunks_exact(form.size).enumerate() {
                 let number = form.number(bytes, stream.is_big_endian, at + i * form.size);
                 size.push(number.count()? as u64);
             }
             if size.len() < 2 {
-                return Err(text::cut_off(what));
+                return Err(text::cut_off_failure(what));
             }
         }
         let (_, name) = stream.short("the name of a variable")?;
         Ok((!name.is_empty()).then(|| Self {
             class,
             is_complex: flags & COMPLEX != 0,
-            name: text::shown(&name),
+            name: text::printable(&name),
             size,
         }))
     }
 
     /// Reason why a variable cannot be read as a matrix of real numbers.
-    fn other(&self) -> Option<&'static str> {
+    fn unreadable_reason(&self) -> Option<&'static str> {
         match self.class {
             1 => Some("a cell array"),
             2 => Some("a structure"),
@@ -133,25 +133,25 @@ impl Head {
 
 impl<'a> Variable<'a> {
     /// Adds the variable to the contents of a file.
-    fn list(self, found: &mut Found<'a>) {
-        let head = self.stream().and_then(|mut stream| Head::of(&mut stream));
+    fn list(self, found: &mut FoundMatrices<'a>) {
+        let head = self.stream().and_then(|mut stream| Head::read(&mut stream));
         match head {
             Err(failure) => found.list.push(Listed {
                 name: None,
                 columns: None,
-                content: Content::Faulty(failure),
+                content: MatrixContent::Faulty(failure),
             }),
             // Matlab's own data about objects.
             Ok(None) => {}
-            Ok(Some(head)) => match head.other() {
-                Some(what) => found.others.push(Other {
+            Ok(Some(head)) => match head.unreadable_reason() {
+                Some(what) => found.others.push(OtherVariable {
                     name: head.name,
                     what,
                 }),
                 None => found.list.push(Listed {
                     name: Some(head.name),
                     columns: usize::try_from(head.size[1]).ok(),
-                    content: Content::Unread(Box::new(self)),
+                    content: MatrixContent::Unread(Box::new(self)),
                 }),
             },
         }
@@ -172,9 +172,9 @@ impl<'a> Variable<'a> {
         let (kind, length) = stream.tag("a compressed variable")?;
         if kind != MATRIX {
             let found = format!("compressed data of the type {kind}");
-            return Err(Fault::malformed(found, "a variable", WRITE_AGAIN).at_byte(at));
+            return Err(MatrixFault::malformed(found, "a variable", WRITE_AGAIN).locate_byte(at));
         }
-        stream.enter(length);
+        stream.enter_element(length);
         Ok(stream)
     }
 }
@@ -182,16 +182,16 @@ impl<'a> Variable<'a> {
 impl Unread for Variable<'_> {
     fn read(&self, budget: &mut Budget) -> Read<NamedMatrix> {
         let mut stream = self.stream()?;
-        let head = Head::of(&mut stream)?;
+        let head = Head::read(&mut stream)?;
         let Some(Head {
             class, name, size, ..
         }) = head
         else {
-            return Err(text::cut_off("the size of a variable"));
+            return Err(text::cut_off_failure("the size of a variable"));
         };
         let [rows, columns] = [size[0], size[1]];
         let size = budget.size(rows, columns, &name);
-        let size = size.map_err(|fault| fault.at_byte(self.at))?;
+        let size = size.map_err(|fault| fault.locate_byte(self.at))?;
         let mut matrix = Matrix {
             entries: Entries::new(size[0], size[1]),
             size,
@@ -221,19 +221,19 @@ struct Matrix<'b> {
 }
 
 impl Matrix<'_> {
-    fn push(&mut self, row: usize, column: usize, value: Number) -> Read<()> {
+    fn push(&mut self, row: usize, column: usize, value: MatNumber) -> Read<()> {
         let at = value.at;
         let value = value.value(self.name)?;
         if value != 0.0 {
             let charged = self.budget.charge(OF_AN_ENTRY, self.name);
-            charged.map_err(|fault| fault.at_byte(at))?;
+            charged.map_err(|fault| fault.locate_byte(at))?;
             self.entries.push(row, column, value);
         }
         Ok(())
     }
 
     fn wrong<T>(found: String, expected: &str, at: usize) -> Read<T> {
-        Err(Fault::malformed(found, expected, WRITE_AGAIN).at_byte(at))
+        Err(MatrixFault::malformed(found, expected, WRITE_AGAIN).locate_byte(at))
     }
 
     /// Reads values column by column.
@@ -242,7 +242,7 @@ impl Matrix<'_> {
         let mut values = stream.numbers("the values of a matrix")?;
         if rows.checked_mul(columns) != Some(values.count) {
             let found = format!("{} values of `{}`", values.count, self.name);
-            return Self::wrong(found, &format!("{rows} x {columns}"), values.at());
+            return Self::wrong(found, &format!("{rows} x {columns}"), values.position());
         }
         for j in 0..columns {
             for i in 0..rows {
@@ -256,13 +256,13 @@ impl Matrix<'_> {
     fn sparse(&mut self, stream: &mut Stream) -> Read<()> {
         let [rows, columns] = self.size;
         let mut given = stream.numbers("the rows of a sparse matrix")?;
-        let rows_at = given.at();
+        let rows_at = given.position();
         let rows_size = given.form.size;
         // Behind the last entry there may be room for more, which means nothing.
         let mut of: Vec<u32> = Vec::new();
         for _ in 0..given.count {
             let charged = self.budget.charge(OF_A_NUMBER, self.name);
-            charged.map_err(|fault| fault.at_byte(rows_at))?;
+            charged.map_err(|fault| fault.locate_byte(rows_at))?;
             let row = given.next()?.count()?;
             of.push(u32::try_from(row).unwrap_or(u32::MAX));
         }
@@ -270,7 +270,7 @@ impl Matrix<'_> {
         let mut given = stream.numbers("the columns of a sparse matrix")?;
         if given.count != columns + 1 {
             let found = format!("{} beginnings of columns of `{}`", given.count, self.name);
-            return Self::wrong(found, "one more than the columns", given.at());
+            return Self::wrong(found, "one more than the columns", given.position());
         }
         let mut begin = Vec::with_capacity(columns + 1);
         let mut last = 0;
@@ -289,7 +289,7 @@ impl Matrix<'_> {
         let mut values = stream.numbers("the values of a sparse matrix")?;
         if last > values.count {
             let found = format!("{} values of `{}`", values.count, self.name);
-            return Self::wrong(found, &format!("{last}"), values.at());
+            return Self::wrong(found, &format!("{last}"), values.position());
         }
         for _ in 0..begin[0] {
             values.next()?;
@@ -300,8 +300,8 @@ impl Matrix<'_> {
                 if row >= rows {
                     let (what, found) = ("row", (row + 1).to_string());
                     let most = rows;
-                    let fault = Fault::OutOfRange { what, found, most };
-                    return Err(fault.at_byte(rows_at + k * rows_size));
+                    let fault = MatrixFault::OutOfRange { what, found, most };
+                    return Err(fault.locate_byte(rows_at + k * rows_size));
                 }
                 self.push(row, j, values.next()?)?;
             }

@@ -10,7 +10,7 @@ use std::io::{BufRead, Read as _};
 use nalgebra_sparse::CscMatrix;
 
 use crate::entries::{Entries, check_size};
-use crate::error::{Failure, Fault, MatrixError, Read, WRITE_AGAIN};
+use crate::error::{Failure, MatrixError, MatrixFault, Read, WRITE_AGAIN};
 use crate::{NamedMatrix, text};
 
 const HEADER: &str = "`%%MatrixMarket matrix coordinate real general` or one with array, integer \
@@ -66,7 +66,7 @@ struct Size {
 }
 
 /// Returns `true` for the text of a MatrixMarket file.
-pub(crate) fn is_one(bytes: &[u8]) -> bool {
+pub(crate) fn is_matrix_market(bytes: &[u8]) -> bool {
     let text = bytes.trim_ascii_start();
     let word = b"matrixmarket";
     // Some writers put one percent sign where the format requires two.
@@ -78,7 +78,7 @@ pub(crate) fn is_one(bytes: &[u8]) -> bool {
 
 /// Reads a sparse matrix.
 pub(crate) fn parse(bytes: &[u8]) -> Read<NamedMatrix> {
-    let mut lines = Lines::of(bytes, bytes.len());
+    let mut lines = Lines::new(bytes, bytes.len());
     let form = lines.form()?;
     if !form.has_values {
         return Err(not_read(
@@ -125,7 +125,7 @@ pub fn read_matrix_market<M>(
     zeros: impl FnOnce(usize, usize) -> M,
     add: impl FnMut(&mut M, [usize; 2], f64),
 ) -> Result<M, MatrixError> {
-    let mut lines = Lines::of(file, bytes);
+    let mut lines = Lines::new(file, bytes);
     let whole = lines.form().and_then(|form| {
         let make = |Size { rows, columns, .. }: Size| {
             let most = bytes as u64;
@@ -133,13 +133,13 @@ pub fn read_matrix_market<M>(
             // A matrix without rows may announce more columns than could ever be gone through.
             if rows.max(columns) > most || (form.is_placed && dense > most) {
                 let announced = format!("a matrix of {rows} x {columns}");
-                return Err(Fault::TooLarge { announced, bytes });
+                return Err(MatrixFault::TooLarge { announced, bytes });
             }
             Ok(zeros(rows as usize, columns as usize))
         };
         lines.matrix(form, make, add)
     });
-    whole.map_err(Failure::without_file)
+    whole.map_err(Failure::fileless_error)
 }
 
 /// Lines of a file, without the blanks around them.
@@ -153,7 +153,7 @@ struct Lines<R> {
 }
 
 impl<R: BufRead> Lines<R> {
-    fn of(file: R, bytes: usize) -> Self {
+    fn new(file: R, bytes: usize) -> Self {
         Self {
             file,
             line: Vec::new(),
@@ -170,13 +170,13 @@ impl<R: BufRead> Lines<R> {
             let mut line = (&mut self.file).take(MOST_OF_A_LINE as u64);
             let read = line.read_until(b'\n', &mut self.line).map_err(|error| {
                 let why = error.to_string();
-                Fault::File { why }.at_line(self.number)
+                MatrixFault::File { why }.locate_line(self.number)
             })?;
             self.left = self.left.saturating_sub(read);
             if read == MOST_OF_A_LINE {
                 let expected = format!("a line of fewer than {MOST_OF_A_LINE} bytes");
-                let fault = Fault::malformed("a longer one", expected, WRITE_AGAIN);
-                return Err(fault.at_line(self.number));
+                let fault = MatrixFault::malformed("a longer one", expected, WRITE_AGAIN);
+                return Err(fault.locate_line(self.number));
             }
             if read == 0 {
                 return Ok(None);
@@ -195,7 +195,7 @@ impl<R: BufRead> Lines<R> {
 
     fn form(&mut self) -> Read<Form> {
         let Some((number, line)) = self.next(b"")? else {
-            return Err(text::cut_off("its header"));
+            return Err(text::cut_off_failure("its header"));
         };
         let lower = line.to_ascii_lowercase();
         let mut words = text::fields(&lower).skip(1);
@@ -203,9 +203,9 @@ impl<R: BufRead> Lines<R> {
         let [object, form, field, symmetry] = words;
         let wrong = || {
             let remedy = "write it by `scipy.io.mmwrite`";
-            Fault::malformed(text::quoted(line), HEADER, remedy).at_line(number)
+            MatrixFault::malformed(text::quoted(line), HEADER, remedy).locate_line(number)
         };
-        if !is_one(line) || object != b"matrix" {
+        if !is_matrix_market(line) || object != b"matrix" {
             return Err(wrong());
         }
         let is_placed = match form {
@@ -245,25 +245,26 @@ impl<R: BufRead> Lines<R> {
     fn matrix<M>(
         &mut self,
         form: Form,
-        make: impl FnOnce(Size) -> Result<M, Fault>,
+        make: impl FnOnce(Size) -> Result<M, MatrixFault>,
         mut add: impl FnMut(&mut M, [usize; 2], f64),
     ) -> Read<M> {
         if self.content()?.is_none() {
-            return Err(text::cut_off("the line with the size"));
+            return Err(text::cut_off_failure("the line with the size"));
         }
         let (line, number) = (self.line.trim_ascii(), self.number);
         let size = form.size(line, self.left);
         let made = size.and_then(|size| Ok((size, make(size)?)));
-        let (size, mut matrix) = made.map_err(|fault| fault.at_line(number))?;
+        let (size, mut matrix) = made.map_err(|fault| fault.locate_line(number))?;
         let mut next = [form.symmetry.first_row(0), 0];
         let mut sides = [false; 2];
-        let mut found = 0;
+        let mut count = 0;
         while let Some((number, line)) = self.content()? {
-            found += 1;
-            if found > size.entries {
+            count += 1;
+            if count > size.entries {
                 let expected = size.entries.to_string();
-                let fault = Fault::malformed("more entries than announced", expected, WRITE_AGAIN);
-                return Err(fault.at_line(number));
+                let fault =
+                    MatrixFault::malformed("more entries than announced", expected, WRITE_AGAIN);
+                return Err(fault.locate_line(number));
             }
             let (place, value) = if form.is_placed {
                 form.placed(line, number, size, &mut sides)?
@@ -287,32 +288,35 @@ impl<R: BufRead> Lines<R> {
                 );
             }
         }
-        if found < size.entries {
-            let (found, expected) = (format!("{found} entries"), size.entries.to_string());
-            return Err(Fault::malformed(found, expected, WRITE_AGAIN).in_file());
+        if count < size.entries {
+            let (count, expected) = (format!("{count} entries"), size.entries.to_string());
+            return Err(MatrixFault::malformed(count, expected, WRITE_AGAIN).locate_file());
         }
         Ok(matrix)
     }
 }
 
 fn not_read(what: &[u8], remedy: &'static str, line: usize) -> Failure {
-    let what = format!("a MatrixMarket file of the kind `{}`", text::shown(what));
-    Fault::NotRead { what, remedy }.at_line(line)
+    let what = format!(
+        "a MatrixMarket file of the kind `{}`",
+        text::printable(what)
+    );
+    MatrixFault::NotRead { what, remedy }.locate_line(line)
 }
 
 impl Form {
     /// Reads the line of the size, before so many bytes. The number of the entries of an array
     /// follows from its size. Of an entry there is at least a digit each for row, column and value,
     /// with a blank or a line end behind it, which the last entry may lack.
-    fn size(self, line: &[u8], left: usize) -> Result<Size, Fault> {
+    fn size(self, line: &[u8], left: usize) -> Result<Size, MatrixFault> {
         let expected = match self.is_placed {
             true => "the numbers of rows, columns and entries",
             false => "the numbers of rows and columns",
         };
         let numbers = match self.is_placed {
-            true => text::exactly::<3>(line).map(|fields| fields.map(text::whole)),
+            true => text::exactly::<3>(line).map(|fields| fields.map(text::parse_whole_number)),
             false => text::exactly::<2>(line).map(|fields| {
-                let [rows, columns] = fields.map(text::whole);
+                let [rows, columns] = fields.map(text::parse_whole_number);
                 let in_all = rows.zip(columns).map(|(m, n)| m.saturating_mul(n));
                 let entries = in_all.zip(rows).map(|(all, rows)| match self.symmetry {
                     Symmetry::General => all,
@@ -323,11 +327,15 @@ impl Form {
             }),
         };
         let Some([Some(rows), Some(columns), Some(announced)]) = numbers else {
-            return Err(Fault::malformed(text::quoted(line), expected, WRITE_AGAIN));
+            return Err(MatrixFault::malformed(
+                text::quoted(line),
+                expected,
+                WRITE_AGAIN,
+            ));
         };
         if self.symmetry != Symmetry::General && rows != columns {
             let found = format!("a symmetric matrix of {rows} x {columns}");
-            return Err(Fault::malformed(
+            return Err(MatrixFault::malformed(
                 found,
                 "as many rows as columns",
                 WRITE_AGAIN,
@@ -340,7 +348,7 @@ impl Form {
                 columns,
                 entries,
             }),
-            _ => Err(Fault::TooLarge {
+            _ => Err(MatrixFault::TooLarge {
                 announced: match self.is_placed {
                     true => format!("a number of {announced} entries"),
                     false => format!("a matrix of {rows} x {columns}"),
@@ -369,7 +377,7 @@ impl Form {
             }
         };
         let malformed = |found: String, expected: &str, remedy: &'static str| {
-            Fault::malformed(found, expected, remedy).at_line(number)
+            MatrixFault::malformed(found, expected, remedy).locate_line(number)
         };
         let Some([row, column, value]) = fields else {
             return Err(malformed(text::quoted(line), expected, WRITE_AGAIN));
@@ -401,11 +409,11 @@ impl Form {
 
 /// Index of a row or column, counted from 0.
 fn place(what: &'static str, field: &[u8], most: u64, line: usize) -> Read<usize> {
-    match text::whole(field) {
+    match text::parse_whole_number(field) {
         Some(found) if (1..=most).contains(&found) => Ok(found as usize - 1),
         _ => {
             let (found, most) = (text::quoted(field), most as usize);
-            Err(Fault::OutOfRange { what, found, most }.at_line(line))
+            Err(MatrixFault::OutOfRange { what, found, most }.locate_line(line))
         }
     }
 }

@@ -8,11 +8,11 @@
 //! which a value in double precision has two. A record beyond the last column ends the matrix.
 
 use crate::NamedMatrix;
-use crate::contents::{Found, Other};
-use crate::entries::{Entries, Sizes};
-use crate::error::{Failure, Fault, Read, WRITE_AGAIN};
-use crate::fortran::{Format, Numbers};
-use crate::text::{self, Lines};
+use crate::contents::{FoundMatrices, OtherVariable};
+use crate::entries::{Entries, MatrixSizes};
+use crate::error::{Failure, MatrixFault, Read, WRITE_AGAIN};
+use crate::fortran::{FortranFormat, FortranNumbers};
+use crate::text::{self, TextLines};
 
 /// Most rows of a matrix whose sparse columns have heads of one word.
 const MOST_ROWS_IN_ONE_WORD: i64 = 65_535;
@@ -33,15 +33,15 @@ impl Header {
     fn new(
         [columns, rows, form, kind]: [i64; 4],
         name: &[u8],
-        sizes: &mut Sizes,
-    ) -> Result<Self, Fault> {
+        sizes: &mut MatrixSizes,
+    ) -> Result<Self, MatrixFault> {
         let expected = "columns, rows, form (1 to 9), type (1 to 4) and name of a matrix";
         let found = format!(
             "{columns}, {rows}, {form}, {kind} and {}",
             text::quoted(name)
         );
         if columns < 0 || !(0..=20).contains(&form) || !(1..=4).contains(&kind) {
-            return Err(Fault::malformed(found, expected, WRITE_AGAIN));
+            return Err(MatrixFault::malformed(found, expected, WRITE_AGAIN));
         }
         let is_big = !(0..=MOST_ROWS_IN_ONE_WORD).contains(&rows);
         let (rows, columns) = sizes.add(rows.unsigned_abs(), columns.unsigned_abs())?;
@@ -51,7 +51,7 @@ impl Header {
             is_big,
             form,
             kind,
-            name: text::shown(name),
+            name: text::printable(name),
         })
     }
 
@@ -65,9 +65,9 @@ impl Header {
 }
 
 /// Adds a matrix or its first fault to the contents of a file.
-fn add(found: &mut Found, header: Header, read: Read<Entries>) {
+fn add(found: &mut FoundMatrices, header: Header, read: Read<Entries>) {
     if header.is_complex() {
-        return found.others.push(Other {
+        return found.others.push(OtherVariable {
             name: header.name,
             what: "complex",
         });
@@ -86,12 +86,12 @@ fn add(found: &mut Found, header: Header, read: Read<Entries>) {
 }
 
 /// Entries of a matrix up to the first infinite or undefined value, which spoils only this matrix.
-struct Columns {
+struct Op4Columns {
     entries: Entries,
     failure: Option<Failure>,
 }
 
-impl Columns {
+impl Op4Columns {
     fn new(header: &Header) -> Self {
         Self {
             entries: Entries::new(header.rows, header.columns),
@@ -202,36 +202,36 @@ pub(crate) fn is_binary(bytes: &[u8]) -> bool {
 }
 
 /// Reads a file in binary records.
-pub(crate) fn parse_binary(bytes: &[u8]) -> Read<Found<'static>> {
+pub(crate) fn parse_binary(bytes: &[u8]) -> Read<FoundMatrices<'static>> {
     let Some(words) = words(bytes) else {
-        return Err(Fault::UnknownFormat.in_file());
+        return Err(MatrixFault::UnknownFormat.locate_file());
     };
     let mut records = Records {
         words,
         bytes,
         at: 0,
     };
-    let mut found = Found::default();
-    let mut sizes = Sizes::of(bytes.len());
+    let mut matrices = FoundMatrices::default();
+    let mut sizes = MatrixSizes::new(bytes.len());
     while records.at < bytes.len() {
         let (at, record) = records.next("the header of a matrix")?;
         let length = words.length();
         if record.len() != 6 * length {
-            let found = format!("a record of {} bytes", record.len());
+            let matrices = format!("a record of {} bytes", record.len());
             let expected = format!("the header of a matrix, of {} bytes", 6 * length);
-            return Err(Fault::malformed(found, expected, WRITE_AGAIN).at_byte(at));
+            return Err(MatrixFault::malformed(matrices, expected, WRITE_AGAIN).locate_byte(at));
         }
         let mut numbers = [0; 4];
         for (number, word) in numbers.iter_mut().zip(record.chunks_exact(length)) {
             *number = words.whole(word);
         }
         let header = Header::new(numbers, &record[4 * length..], &mut sizes);
-        let header = header.map_err(|fault| fault.at_byte(at))?;
-        let mut columns = Columns::new(&header);
+        let header = header.map_err(|fault| fault.locate_byte(at))?;
+        let mut columns = Op4Columns::new(&header);
         while records.column(&header, &mut columns)? {}
-        add(&mut found, header, columns.finish());
+        add(&mut matrices, header, columns.finish());
     }
-    Ok(found)
+    Ok(matrices)
 }
 
 struct Records<'a> {
@@ -243,7 +243,7 @@ struct Records<'a> {
 impl<'a> Records<'a> {
     /// Next record, and where its content begins.
     fn next(&mut self, what: &str) -> Read<(usize, &'a [u8])> {
-        let missing = || text::cut_off(what);
+        let missing = || text::cut_off_failure(what);
         let length = self.words.marker(self.bytes, self.at).ok_or_else(missing)?;
         let from = self.at + 4;
         let to = from.checked_add(length as usize).ok_or_else(missing)?;
@@ -252,19 +252,19 @@ impl<'a> Records<'a> {
         if behind != length {
             let found = format!("{behind} behind a record");
             let expected = format!("its length {length}, as before it");
-            return Err(Fault::malformed(found, expected, WRITE_AGAIN).at_byte(to));
+            return Err(MatrixFault::malformed(found, expected, WRITE_AGAIN).locate_byte(to));
         }
         self.at = to + 4;
         Ok((from, record))
     }
 
     /// Reads a column. Returns `false` at the end of the matrix.
-    fn column(&mut self, header: &Header, columns: &mut Columns) -> Read<bool> {
+    fn column(&mut self, header: &Header, columns: &mut Op4Columns) -> Read<bool> {
         let words = self.words;
         let length = words.length();
         let (at, record) = self.next("the end of a matrix")?;
         let wrong = |found: String, expected: &str| {
-            Fault::malformed(found, expected, WRITE_AGAIN).at_byte(at)
+            MatrixFault::malformed(found, expected, WRITE_AGAIN).locate_byte(at)
         };
         if record.len() < 3 * length {
             let found = format!("a record of {} bytes", record.len());
@@ -272,7 +272,7 @@ impl<'a> Records<'a> {
         }
         let (head, mut rest) = record.split_at(3 * length);
         let head = |i: usize| words.whole(&head[i * length..(i + 1) * length]);
-        let column = column_of(head(0), header).map_err(|fault| fault.at_byte(at))?;
+        let column = column_of(head(0), header).map_err(|fault| fault.locate_byte(at))?;
         let Some(column) = column else {
             return Ok(false);
         };
@@ -283,7 +283,7 @@ impl<'a> Records<'a> {
             } else {
                 values.len() / size
             };
-            let row = string(row, count, header.rows).map_err(|fault| fault.at_byte(at))?;
+            let row = string(row, count, header.rows).map_err(|fault| fault.locate_byte(at))?;
             if header.is_complex() {
                 return Ok(());
             }
@@ -295,7 +295,7 @@ impl<'a> Records<'a> {
                     }
                     let what = "an entry";
                     let found = format!("{value} in `{}`", header.name);
-                    Err(Fault::NotFinite { what, found }.at_byte(at + i * size))
+                    Err(MatrixFault::NotFinite { what, found }.locate_byte(at + i * size))
                 });
             }
             Ok(())
@@ -333,12 +333,12 @@ impl<'a> Records<'a> {
 }
 
 /// Index of a column, `None` beyond the last.
-fn column_of(number: i64, header: &Header) -> Result<Option<usize>, Fault> {
+fn column_of(number: i64, header: &Header) -> Result<Option<usize>, MatrixFault> {
     let most = header.columns;
     match usize::try_from(number) {
         Ok(number) if number > most => Ok(None),
         Ok(number) if number > 0 => Ok(Some(number - 1)),
-        _ => Err(Fault::OutOfRange {
+        _ => Err(MatrixFault::OutOfRange {
             what: "column",
             found: number.to_string(),
             most,
@@ -347,11 +347,11 @@ fn column_of(number: i64, header: &Header) -> Result<Option<usize>, Fault> {
 }
 
 /// Index of the first row of a string of values.
-fn string(row: i64, count: usize, most: usize) -> Result<usize, Fault> {
+fn string(row: i64, count: usize, most: usize) -> Result<usize, MatrixFault> {
     let first = usize::try_from(row).ok().filter(|row| *row > 0);
     match first {
         Some(row) if row - 1 <= most && count <= most - (row - 1) => Ok(row - 1),
-        _ => Err(Fault::OutOfRange {
+        _ => Err(MatrixFault::OutOfRange {
             what: "row",
             found: format!("{row} with the {count} values from there on"),
             most,
@@ -385,30 +385,30 @@ fn first_line(line: &[u8]) -> Option<([i64; 4], &[u8], &[u8])> {
 
 /// Returns `true` for a file in text.
 pub(crate) fn is_text(bytes: &[u8]) -> bool {
-    let first = Lines::new(bytes).next();
+    let first = TextLines::new(bytes).next();
     first.is_some_and(|(_, line)| first_line(line).is_some())
 }
 
 /// Format of values such as `1P,5E16.9`, which may lack its parentheses.
-fn format(text: &[u8]) -> Option<Format> {
+fn format(text: &[u8]) -> Option<FortranFormat> {
     match text.trim_ascii() {
-        [] => Format::new(b"(1P,5E16.9)"),
-        text if text.starts_with(b"(") => Format::new(text),
-        text => Format::new(&[b"(", text, b")"].concat()),
+        [] => FortranFormat::new(b"(1P,5E16.9)"),
+        text if text.starts_with(b"(") => FortranFormat::new(text),
+        text => FortranFormat::new(&[b"(", text, b")"].concat()),
     }
 }
 
 /// Reads a file in text.
-pub(crate) fn parse_text(bytes: &[u8]) -> Read<Found<'static>> {
-    let mut lines = Lines::new(bytes);
-    let mut found = Found::default();
-    let mut sizes = Sizes::of(bytes.len());
+pub(crate) fn parse_text(bytes: &[u8]) -> Read<FoundMatrices<'static>> {
+    let mut lines = TextLines::new(bytes);
+    let mut matrices = FoundMatrices::default();
+    let mut sizes = MatrixSizes::new(bytes.len());
     while let Some((number, line)) = lines.next() {
         if line.trim_ascii().is_empty() {
             continue;
         }
         let wrong = |expected: &str| {
-            Fault::malformed(text::quoted(line), expected, WRITE_AGAIN).at_line(number)
+            MatrixFault::malformed(text::quoted(line), expected, WRITE_AGAIN).locate_line(number)
         };
         let Some((numbers, name, after)) = first_line(line) else {
             return Err(wrong("columns, rows, form, type and name of a matrix"));
@@ -419,21 +419,21 @@ pub(crate) fn parse_text(bytes: &[u8]) -> Read<Found<'static>> {
             ));
         };
         let header = Header::new(numbers, name, &mut sizes);
-        let header = header.map_err(|fault| fault.at_line(number))?;
-        let mut columns = Columns::new(&header);
+        let header = header.map_err(|fault| fault.locate_line(number))?;
+        let mut columns = Op4Columns::new(&header);
         let mut text = Text {
             lines: &mut lines,
             format: &format,
         };
         while text.column(&header, &mut columns)? {}
-        add(&mut found, header, columns.finish());
+        add(&mut matrices, header, columns.finish());
     }
-    Ok(found)
+    Ok(matrices)
 }
 
 struct Text<'a, 'b> {
-    lines: &'a mut Lines<'b>,
-    format: &'a Format,
+    lines: &'a mut TextLines<'b>,
+    format: &'a FortranFormat,
 }
 
 impl Text<'_, '_> {
@@ -456,15 +456,15 @@ impl Text<'_, '_> {
             }
             rest.is_empty().then_some(numbers)
         };
-        let wrong = || Fault::malformed(text::quoted(line), what, WRITE_AGAIN);
-        numbers().ok_or_else(|| wrong().at_line(self.lines.number()))
+        let wrong = || MatrixFault::malformed(text::quoted(line), what, WRITE_AGAIN);
+        numbers().ok_or_else(|| wrong().locate_line(self.lines.number()))
     }
 
     /// Reads a column. Returns `false` at the end of the matrix.
-    fn column(&mut self, header: &Header, columns: &mut Columns) -> Read<bool> {
+    fn column(&mut self, header: &Header, columns: &mut Op4Columns) -> Read<bool> {
         let [column, row, length] = self.whole::<3>("a column with its row and number of words")?;
         let number = self.lines.number();
-        let at_line = |fault: Fault| fault.at_line(number);
+        let at_line = |fault: MatrixFault| fault.locate_line(number);
         let Some(column) = column_of(column, header).map_err(at_line)? else {
             // A line with a value that means nothing.
             self.lines.next();
@@ -473,7 +473,7 @@ impl Text<'_, '_> {
         let wrong = || {
             let found = format!("{length} words");
             let expected = "as many as the strings of the column have";
-            Fault::malformed(found, expected, WRITE_AGAIN).at_line(number)
+            MatrixFault::malformed(found, expected, WRITE_AGAIN).locate_line(number)
         };
         let length = usize::try_from(length).map_err(|_| wrong())?;
         if row != 0 {
@@ -509,12 +509,12 @@ impl Text<'_, '_> {
         row: i64,
         count: usize,
         column: usize,
-        columns: &mut Columns,
+        columns: &mut Op4Columns,
     ) -> Read<()> {
         let at = self.lines.number();
         let real = if header.is_complex() { 0 } else { count };
-        let row = string(row, real, header.rows).map_err(|fault| fault.at_line(at))?;
-        let mut numbers = Numbers::new(self.lines, self.format);
+        let row = string(row, real, header.rows).map_err(|fault| fault.locate_line(at))?;
+        let mut numbers = FortranNumbers::new(self.lines, self.format);
         for i in 0..count {
             let field = numbers.next("the values of a column")?;
             if header.is_complex() {

@@ -5,10 +5,10 @@
 //! CalculiX as many as stand in a row. Of an unsymmetric element (`UNSYM`) Abaqus writes the whole
 //! stiffness, and the other matrices as triangles: their number tells.
 
-use crate::contents::Found;
+use crate::contents::FoundMatrices;
 use crate::entries::Entries;
-use crate::error::{Fault, Read, WRITE_AGAIN};
-use crate::text::{self, Lines};
+use crate::error::{MatrixFault, Read, WRITE_AGAIN};
+use crate::text::{self, TextLines};
 use crate::{NamedMatrix, Row};
 
 /// Keyword in capital letters without blanks, with the rest of its line, if the line is one.
@@ -21,15 +21,15 @@ fn keyword(line: &[u8]) -> Option<Vec<u8>> {
 }
 
 /// Returns `true` if the first keyword of a text is that of a user element.
-pub(crate) fn is_one(bytes: &[u8]) -> bool {
-    let lines = Lines::new(bytes).map(|(_, line)| line.trim_ascii());
+pub(crate) fn is_substructure(bytes: &[u8]) -> bool {
+    let lines = TextLines::new(bytes).map(|(_, line)| line.trim_ascii());
     let mut content = lines.filter(|line| !line.is_empty() && !line.starts_with(b"**"));
     let first = content.next().and_then(keyword);
     first.is_some_and(|keyword| keyword.starts_with(b"USERELEMENT"))
 }
 
 /// What the lines up to the next keyword belong to.
-enum Part {
+enum KeywordSection {
     Outside,
     /// Lists of directions.
     Directions,
@@ -42,18 +42,18 @@ enum Part {
 }
 
 /// Reads all matrices of a file.
-pub(crate) fn parse(bytes: &[u8]) -> Read<Found<'static>> {
-    let mut part = Part::Outside;
-    let mut element = Element {
+pub(crate) fn parse(bytes: &[u8]) -> Read<FoundMatrices<'static>> {
+    let mut part = KeywordSection::Outside;
+    let mut element = UserElement {
         bytes: bytes.len(),
-        ..Element::default()
+        ..UserElement::default()
     };
-    let mut found = Found::default();
+    let mut found_matrices = FoundMatrices::default();
     let mut lists_nodes = false;
-    for (number, line) in Lines::new(bytes) {
+    for (number, line) in TextLines::new(bytes) {
         let line = line.trim_ascii();
         if let Some(comment) = line.strip_prefix(b"**") {
-            if matches!(part, Part::Directions) {
+            if matches!(part, KeywordSection::Directions) {
                 let words = comment.trim_ascii();
                 if words.eq_ignore_ascii_case(b"ELEMENT NODES") {
                     lists_nodes = true;
@@ -62,35 +62,36 @@ pub(crate) fn parse(bytes: &[u8]) -> Read<Found<'static>> {
                 }
             }
         } else if let Some(keyword) = keyword(line) {
-            element.finish(&mut part, &mut found)?;
+            element.finish(&mut part, &mut found_matrices)?;
             if keyword.starts_with(b"USERELEMENT") {
-                if !found.list.is_empty() || !element.nodes.is_empty() {
+                if !found_matrices.list.is_empty() || !element.nodes.is_empty() {
                     let what = "a file of several elements".to_owned();
                     let remedy = "write the matrices of the whole model (*MATRIX OUTPUT) or of a \
                                   substructure";
-                    return Err(Fault::NotRead { what, remedy }.at_line(number));
+                    return Err(MatrixFault::NotRead { what, remedy }.locate_line(number));
                 }
-                element.announced = parameter(&keyword, b"NODES").and_then(text::whole);
-                part = Part::Directions;
+                element.announced =
+                    parameter(&keyword, b"NODES").and_then(text::parse_whole_number);
+                part = KeywordSection::Directions;
             } else if keyword.starts_with(b"MATRIX,") {
-                let name = parameter(&keyword, b"TYPE").map_or(String::new(), text::shown);
+                let name = parameter(&keyword, b"TYPE").map_or(String::new(), text::printable);
                 element.complete(number)?;
-                part = Part::Matrix {
+                part = KeywordSection::Matrix {
                     name,
                     line: number,
                     values: Ok(Vec::new()),
                 };
             } else {
-                part = Part::Outside;
+                part = KeywordSection::Outside;
             }
         } else if !line.is_empty() {
             match &mut part {
-                Part::Outside => {}
-                Part::Directions => {
+                KeywordSection::Outside => {}
+                KeywordSection::Directions => {
                     lists_nodes = false;
                     element.add_directions(line, number)?;
                 }
-                Part::Matrix { values, .. } => {
+                KeywordSection::Matrix { values, .. } => {
                     for field in text::fields(line) {
                         match (&mut *values, text::value(field, number)) {
                             (Ok(list), Ok(value)) => list.push(value),
@@ -102,11 +103,11 @@ pub(crate) fn parse(bytes: &[u8]) -> Read<Found<'static>> {
             }
         }
     }
-    element.finish(&mut part, &mut found)?;
-    if found.list.is_empty() {
-        return Err(text::cut_off("the first *MATRIX"));
+    element.finish(&mut part, &mut found_matrices)?;
+    if found_matrices.list.is_empty() {
+        return Err(text::cut_off_failure("the first *MATRIX"));
     }
-    Ok(found)
+    Ok(found_matrices)
 }
 
 /// Value of a parameter of a keyword.
@@ -118,7 +119,7 @@ fn parameter<'a>(keyword: &'a [u8], name: &[u8]) -> Option<&'a [u8]> {
 
 /// Nodes of the element with their directions.
 #[derive(Debug, Default)]
-struct Element {
+struct UserElement {
     /// Length of the file, which has a triangle of the rows.
     bytes: usize,
     /// Number of nodes that the keyword says.
@@ -129,13 +130,13 @@ struct Element {
     rows: Vec<Row>,
 }
 
-impl Element {
+impl UserElement {
     /// Reads a comment with numbers of nodes.
     fn add_nodes(&mut self, words: &[u8], number: usize) -> Read<()> {
         for field in text::fields(words) {
             let wrong =
-                || Fault::malformed(text::quoted(field), "the number of a node", WRITE_AGAIN);
-            let node = text::signed(field).ok_or_else(|| wrong().at_line(number))?;
+                || MatrixFault::malformed(text::quoted(field), "the number of a node", WRITE_AGAIN);
+            let node = text::signed(field).ok_or_else(|| wrong().locate_line(number))?;
             self.nodes.push(node);
         }
         Ok(())
@@ -145,13 +146,13 @@ impl Element {
     /// the position of the node from which on it holds.
     fn add_directions(&mut self, line: &[u8], number: usize) -> Read<()> {
         let wrong = |field: &[u8], expected: &str| {
-            Fault::malformed(text::quoted(field), expected, WRITE_AGAIN).at_line(number)
+            MatrixFault::malformed(text::quoted(field), expected, WRITE_AGAIN).locate_line(number)
         };
         let mut fields = text::fields(line);
         let mut from = 0;
         if let Some((before, _)) = self.directions.last() {
             let field = fields.next().unwrap_or_default();
-            let position = text::whole(field).and_then(|n| usize::try_from(n).ok());
+            let position = text::parse_whole_number(field).and_then(|n| usize::try_from(n).ok());
             let least = before + 2;
             let is_next = |n: &usize| *n >= least && *n <= self.nodes.len();
             let position = position.filter(is_next).ok_or_else(|| {
@@ -165,7 +166,7 @@ impl Element {
         }
         let mut list = Vec::new();
         for field in fields {
-            list.push(text::whole(field).ok_or_else(|| wrong(field, "a direction"))?);
+            list.push(text::parse_whole_number(field).ok_or_else(|| wrong(field, "a direction"))?);
         }
         self.directions.push((from, list));
         Ok(())
@@ -184,34 +185,36 @@ impl Element {
         {
             let announced = self.announced.map_or("some".to_owned(), |n| n.to_string());
             let expected = format!("{announced} below `** ELEMENT NODES`");
-            let fault = Fault::malformed(format!("{nodes} nodes"), expected, WRITE_AGAIN);
-            return Err(fault.at_line(number));
+            let fault = MatrixFault::malformed(format!("{nodes} nodes"), expected, WRITE_AGAIN);
+            return Err(fault.locate_line(number));
         }
         let ends = self.directions.iter().skip(1).map(|(from, _)| *from);
         let ends = ends.chain([nodes]);
         for ((from, directions), end) in self.directions.iter().zip(ends) {
             for node in &self.nodes[*from..end] {
                 for direction in directions {
-                    let row = row(*node, *direction).map_err(|fault| fault.at_line(number))?;
+                    let row = row(*node, *direction).map_err(|fault| fault.locate_line(number))?;
                     let n = self.rows.len();
                     if n * n > self.bytes {
                         let announced = format!("a substructure of more than {n} rows");
                         let bytes = self.bytes;
-                        return Err(Fault::TooLarge { announced, bytes }.at_line(number));
+                        return Err(MatrixFault::TooLarge { announced, bytes }.locate_line(number));
                     }
                     self.rows.push(row);
                 }
             }
         }
         if self.rows.is_empty() {
-            return Err(text::cut_off("the directions of the nodes"));
+            return Err(text::cut_off_failure("the directions of the nodes"));
         }
         Ok(())
     }
 
     /// Makes a matrix of the values that were read.
-    fn finish(&self, part: &mut Part, found: &mut Found) -> Read<()> {
-        let Part::Matrix { name, line, values } = std::mem::replace(part, Part::Outside) else {
+    fn finish(&self, part: &mut KeywordSection, found: &mut FoundMatrices) -> Read<()> {
+        let KeywordSection::Matrix { name, line, values } =
+            std::mem::replace(part, KeywordSection::Outside)
+        else {
             return Ok(());
         };
         let n = self.rows.len();
@@ -221,7 +224,7 @@ impl Element {
                 let wrong = || {
                     let found = format!("{} values of {name}", values.len());
                     let expected = format!("{} or {} for {n} rows", n * (n + 1) / 2, n * n);
-                    Fault::malformed(found, expected, WRITE_AGAIN).at_line(line)
+                    MatrixFault::malformed(found, expected, WRITE_AGAIN).locate_line(line)
                 };
                 whole.ok_or_else(wrong)?.into_matrix()
             }
@@ -264,11 +267,11 @@ fn push(entries: &mut Entries, places: impl Iterator<Item = (usize, usize)>, val
 }
 
 /// Row of a node and direction. What no node of a mesh has is a generalised coordinate.
-fn row(node: i64, direction: u64) -> Result<Row, Fault> {
+fn row(node: i64, direction: u64) -> Result<Row, MatrixFault> {
     match u64::try_from(node) {
         Ok(node) if node > 0 => match u8::try_from(direction) {
             Ok(direction @ 1..=6) => Ok(Row::Node { node, direction }),
-            _ => Err(Fault::Direction { node, direction }),
+            _ => Err(MatrixFault::Direction { node, direction }),
         },
         _ => Ok(Row::Generalised),
     }

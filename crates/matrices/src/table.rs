@@ -4,8 +4,8 @@
 use std::collections::HashMap;
 
 use crate::Row;
-use crate::error::{Fault, Read};
-use crate::text::{self, Lines};
+use crate::error::{MatrixFault, Read};
+use crate::text::{self, TextLines};
 
 const REMEDY: &str = "a table has a header and lines like `12,3` below `node,direction`, and a \
                       file .dof of CalculiX lines like `12.3`";
@@ -14,25 +14,25 @@ const REMEDY: &str = "a table has a header and lines like `12,3` below `node,dir
 pub(crate) fn parse(bytes: &[u8]) -> Read<Vec<Row>> {
     let mut lines = content(bytes);
     let Some((number, first)) = lines.next() else {
-        return Err(Fault::Empty.in_file());
+        return Err(MatrixFault::Empty.locate_file());
     };
     let rows = match header(first, number)? {
-        Some(columns) => below_header(lines, columns)?,
-        None => with_point(content(bytes))?,
+        Some(columns) => read_below_header(lines, columns)?,
+        None => read_dotted_rows(content(bytes))?,
     };
-    only_once(&rows)?;
+    check_unique_rows(&rows)?;
     Ok(rows)
 }
 
 /// Lines that are neither blank nor comments.
 fn content(bytes: &[u8]) -> impl Iterator<Item = (usize, &[u8])> {
-    let lines = Lines::new(bytes).map(|(number, line)| (number, line.trim_ascii()));
+    let lines = TextLines::new(bytes).map(|(number, line)| (number, line.trim_ascii()));
     lines.filter(|(_, line)| !line.is_empty() && line[0] != b'#')
 }
 
 /// Positions of the columns of a table.
 #[derive(Debug, Clone, Copy)]
-struct Columns {
+struct TableColumns {
     row: Option<usize>,
     node: usize,
     direction: usize,
@@ -74,7 +74,7 @@ impl Separator {
 }
 
 /// Columns that the first line names, if it is a header.
-fn header(line: &[u8], number: usize) -> Read<Option<Columns>> {
+fn header(line: &[u8], number: usize) -> Read<Option<TableColumns>> {
     let lower = line.to_ascii_lowercase();
     if !lower.iter().any(u8::is_ascii_alphabetic) {
         return Ok(None);
@@ -82,7 +82,7 @@ fn header(line: &[u8], number: usize) -> Read<Option<Columns>> {
     let contains = |word: &[u8]| lower.windows(word.len()).any(|part| part == word);
     // Ansys: `Matrix Eqn   Node   DOF`.
     if contains(b"eq") && contains(b"node") && contains(b"dof") {
-        return Ok(Some(Columns {
+        return Ok(Some(TableColumns {
             row: Some(0),
             node: 1,
             direction: 2,
@@ -95,7 +95,7 @@ fn header(line: &[u8], number: usize) -> Read<Option<Columns>> {
     let names = separator.fields(&lower);
     let column = |name: &[u8]| names.iter().position(|n| *n == name);
     match (column(b"node"), column(b"direction")) {
-        (Some(node), Some(direction)) => Ok(Some(Columns {
+        (Some(node), Some(direction)) => Ok(Some(TableColumns {
             row: column(b"row"),
             node,
             direction,
@@ -104,14 +104,14 @@ fn header(line: &[u8], number: usize) -> Read<Option<Columns>> {
         })),
         _ => {
             let expected = "a header with the columns node and direction";
-            Err(Fault::malformed(text::quoted(line), expected, REMEDY).at_line(number))
+            Err(MatrixFault::malformed(text::quoted(line), expected, REMEDY).locate_line(number))
         }
     }
 }
 
-fn below_header<'a>(
+fn read_below_header<'a>(
     lines: impl Iterator<Item = (usize, &'a [u8])>,
-    columns: Columns,
+    columns: TableColumns,
 ) -> Read<Vec<Row>> {
     let mut rows = Vec::new();
     let mut places: Vec<(u64, usize)> = Vec::new();
@@ -121,25 +121,26 @@ fn below_header<'a>(
             let found = format!("{} columns in {}", fields.len(), text::quoted(line));
             let expected = format!("{}, as in the header", columns.all);
             let remedy = "an empty node stands as `-`";
-            return Err(Fault::malformed(found, expected, remedy).at_line(number));
+            return Err(MatrixFault::malformed(found, expected, remedy).locate_line(number));
         }
         if let Some(at) = columns.row {
             let wrong =
-                || Fault::malformed(text::quoted(fields[at]), "the number of a row", REMEDY);
-            let place = text::whole(fields[at]).ok_or_else(|| wrong().at_line(number))?;
+                || MatrixFault::malformed(text::quoted(fields[at]), "the number of a row", REMEDY);
+            let place =
+                text::parse_whole_number(fields[at]).ok_or_else(|| wrong().locate_line(number))?;
             places.push((place, number));
         }
         let row = row(fields[columns.node], fields[columns.direction]);
-        rows.push(row.map_err(|fault| fault.at_line(number))?);
+        rows.push(row.map_err(|fault| fault.locate_line(number))?);
     }
     if columns.row.is_some() {
-        rows = in_order(&rows, &places)?;
+        rows = reorder_rows(&rows, &places)?;
     }
     Ok(rows)
 }
 
 /// Puts rows in the places that a column gives.
-fn in_order(rows: &[Row], places: &[(u64, usize)]) -> Read<Vec<Row>> {
+fn reorder_rows(rows: &[Row], places: &[(u64, usize)]) -> Read<Vec<Row>> {
     let mut sorted: Vec<Option<Row>> = vec![None; rows.len()];
     for (row, (place, number)) in rows.iter().zip(places) {
         let index = place.checked_sub(1).and_then(|n| usize::try_from(n).ok());
@@ -150,20 +151,22 @@ fn in_order(rows: &[Row], places: &[(u64, usize)]) -> Read<Vec<Row>> {
                 let twice = if other.is_some() { " again" } else { "" };
                 let found = format!("row {place}{twice}");
                 let expected = format!("each number from 1 to {} once", rows.len());
-                return Err(Fault::malformed(found, expected, REMEDY).at_line(*number));
+                return Err(MatrixFault::malformed(found, expected, REMEDY).locate_line(*number));
             }
         }
     }
     Ok(sorted.into_iter().flatten().collect())
 }
 
-fn row(node: &[u8], direction: &[u8]) -> Result<Row, Fault> {
+fn row(node: &[u8], direction: &[u8]) -> Result<Row, MatrixFault> {
     if node.is_empty() || node == b"-" {
         return Ok(Row::Generalised);
     }
-    let wrong =
-        |found: &[u8], expected: &str| Fault::malformed(text::quoted(found), expected, REMEDY);
-    let number = text::whole(node).ok_or_else(|| wrong(node, "the number of a node"))?;
+    let wrong = |found: &[u8], expected: &str| {
+        MatrixFault::malformed(text::quoted(found), expected, REMEDY)
+    };
+    let number =
+        text::parse_whole_number(node).ok_or_else(|| wrong(node, "the number of a node"))?;
     let known = direction.to_ascii_lowercase();
     let direction = match &known[..] {
         b"1" | b"x" | b"ux" => 1,
@@ -184,18 +187,25 @@ fn row(node: &[u8], direction: &[u8]) -> Result<Row, Fault> {
 }
 
 /// Reads lines `node.direction`. They are no decimal numbers: 1.10 is not 1.1.
-fn with_point<'a>(lines: impl Iterator<Item = (usize, &'a [u8])>) -> Read<Vec<Row>> {
+fn read_dotted_rows<'a>(lines: impl Iterator<Item = (usize, &'a [u8])>) -> Read<Vec<Row>> {
     let mut rows = Vec::new();
     for (number, line) in lines {
         let point = line.iter().position(|b| *b == b'.');
-        let parts = point.map(|at| (text::whole(&line[..at]), text::whole(&line[at + 1..])));
+        let parts = point.map(|at| {
+            (
+                text::parse_whole_number(&line[..at]),
+                text::parse_whole_number(&line[at + 1..]),
+            )
+        });
         let Some((Some(node), Some(direction))) = parts else {
             let expected = "`node.direction`";
-            return Err(Fault::malformed(text::quoted(line), expected, REMEDY).at_line(number));
+            return Err(
+                MatrixFault::malformed(text::quoted(line), expected, REMEDY).locate_line(number)
+            );
         };
         let direction = match u8::try_from(direction) {
             Ok(direction @ 1..=6) => direction,
-            _ => return Err(Fault::Direction { node, direction }.at_line(number)),
+            _ => return Err(MatrixFault::Direction { node, direction }.locate_line(number)),
         };
         rows.push(Row::Node { node, direction });
     }
@@ -203,18 +213,18 @@ fn with_point<'a>(lines: impl Iterator<Item = (usize, &'a [u8])>) -> Read<Vec<Ro
 }
 
 /// Checks that no direction of a node has two rows.
-fn only_once(rows: &[Row]) -> Read<()> {
+fn check_unique_rows(rows: &[Row]) -> Read<()> {
     let mut first = HashMap::with_capacity(rows.len());
     for (i, row) in rows.iter().enumerate() {
         if let Row::Node { .. } = row
             && let Some(before) = first.insert(*row, i)
         {
-            return Err(Fault::RowTwice {
+            return Err(MatrixFault::RowTwice {
                 what: row.to_string(),
                 first: before + 1,
                 second: i + 1,
             }
-            .in_file());
+            .locate_file());
         }
     }
     Ok(())

@@ -1,19 +1,19 @@
 //! Lines, fields and numbers of a text in bytes, without memory of their own. This file alone knows
 //! fast-float2 and memchr.
 
-use crate::error::{Failure, Fault, Read, WRITE_AGAIN};
+use crate::error::{Failure, MatrixFault, Read, WRITE_AGAIN};
 
 /// Most characters of a word in a message.
 const MOST_OF_A_WORD: usize = 60;
 
 /// Lines of a text without their ends, with their numbers from 1.
 #[derive(Debug, Clone)]
-pub(crate) struct Lines<'a> {
+pub(crate) struct TextLines<'a> {
     rest: &'a [u8],
     number: usize,
 }
 
-impl<'a> Lines<'a> {
+impl<'a> TextLines<'a> {
     pub fn new(text: &'a [u8]) -> Self {
         let rest = text.strip_prefix(b"\xef\xbb\xbf").unwrap_or(text);
         Self { rest, number: 0 }
@@ -35,11 +35,11 @@ impl<'a> Lines<'a> {
     /// The text has come to its end before `missing`.
     pub fn required(&mut self, missing: &str) -> Read<&'a [u8]> {
         let next = self.next().map(|(_, line)| line);
-        next.ok_or_else(|| cut_off(missing))
+        next.ok_or_else(|| cut_off_failure(missing))
     }
 }
 
-impl<'a> Iterator for Lines<'a> {
+impl<'a> Iterator for TextLines<'a> {
     type Item = (usize, &'a [u8]);
 
     fn next(&mut self) -> Option<Self::Item> {
@@ -56,9 +56,9 @@ impl<'a> Iterator for Lines<'a> {
     }
 }
 
-pub(crate) fn cut_off(missing: &str) -> Failure {
+pub(crate) fn cut_off_failure(missing: &str) -> Failure {
     let missing = missing.to_owned();
-    Fault::CutOff { missing }.in_file()
+    MatrixFault::CutOff { missing }.locate_file()
 }
 
 /// Fields between blanks or single commas. Commas follow one another only round an empty field.
@@ -69,16 +69,16 @@ pub(crate) fn fields(line: &[u8]) -> impl Iterator<Item = &[u8]> {
 
 /// The fields of a line, if there are exactly so many.
 pub(crate) fn exactly<const N: usize>(line: &[u8]) -> Option<[&[u8]; N]> {
-    let mut found = [&[][..]; N];
+    let mut fields_in_order = [&[][..]; N];
     let mut fields = fields(line);
-    for place in &mut found {
+    for place in &mut fields_in_order {
         *place = fields.next()?;
     }
-    fields.next().is_none().then_some(found)
+    fields.next().is_none().then_some(fields_in_order)
 }
 
 /// Whole number without a sign.
-pub(crate) fn whole(field: &[u8]) -> Option<u64> {
+pub(crate) fn parse_whole_number(field: &[u8]) -> Option<u64> {
     if field.is_empty() {
         return None;
     }
@@ -95,7 +95,7 @@ pub(crate) fn signed(field: &[u8]) -> Option<i64> {
         [b'+', digits @ ..] => (1, digits),
         digits => (1, digits),
     };
-    i64::try_from(whole(digits)?)
+    i64::try_from(parse_whole_number(digits)?)
         .ok()
         .map(|number| sign * number)
 }
@@ -139,20 +139,20 @@ pub(crate) fn number(field: &[u8]) -> Option<f64> {
 pub(crate) fn value(field: &[u8], line: usize) -> Read<f64> {
     match number(field) {
         Some(value) if value.is_finite() => Ok(value),
-        Some(_) => Err(Fault::NotFinite {
+        Some(_) => Err(MatrixFault::NotFinite {
             what: "an entry",
-            found: shown(field),
+            found: printable(field),
         }
-        .at_line(line)),
+        .locate_line(line)),
         None => {
             let expected = "the value of an entry";
-            Err(Fault::malformed(quoted(field), expected, WRITE_AGAIN).at_line(line))
+            Err(MatrixFault::malformed(quoted(field), expected, WRITE_AGAIN).locate_line(line))
         }
     }
 }
 
 /// Bytes in the form for messages: bounded, and without what a terminal would obey.
-pub(crate) fn shown(bytes: &[u8]) -> String {
+pub(crate) fn printable(bytes: &[u8]) -> String {
     let some = &bytes[..bytes.len().min(8 * MOST_OF_A_WORD)];
     let text = String::from_utf8_lossy(some.trim_ascii());
     let mut shown = String::new();
@@ -174,7 +174,7 @@ pub(crate) fn shown(bytes: &[u8]) -> String {
 pub(crate) fn quoted(bytes: &[u8]) -> String {
     match bytes.trim_ascii() {
         [] => "nothing".to_owned(),
-        bytes => format!("`{}`", shown(bytes)),
+        bytes => format!("`{}`", printable(bytes)),
     }
 }
 
@@ -213,9 +213,9 @@ mod tests {
 
     #[test]
     fn whole_numbers_are_bounded() {
-        assert_eq!(whole(b"0012"), Some(12));
+        assert_eq!(parse_whole_number(b"0012"), Some(12));
         for text in ["", "-1", "1.0", "+1", "99999999999999999999"] {
-            assert_eq!(whole(text.as_bytes()), None, "{text}");
+            assert_eq!(parse_whole_number(text.as_bytes()), None, "{text}");
         }
         assert_eq!(signed(b"-12"), Some(-12));
         assert_eq!(signed(b"--12"), None);
@@ -223,15 +223,15 @@ mod tests {
 
     #[test]
     fn lines_have_their_numbers_whatever_ends_them() {
-        let lines: Vec<_> = Lines::new(b"\xef\xbb\xbfa\r\n\nb").collect();
+        let lines: Vec<_> = TextLines::new(b"\xef\xbb\xbfa\r\n\nb").collect();
         assert_eq!(lines, [(1, &b"a"[..]), (2, b""), (3, b"b")]);
     }
 
     #[test]
     fn nothing_that_a_terminal_obeys_is_shown() {
-        let text = shown(b" a\x1b[2J\xff\n ");
+        let text = printable(b" a\x1b[2J\xff\n ");
         assert!(text.starts_with("a\\u{1b}[2J"), "{text}");
-        assert!(shown(&[b'x'; 5000]).len() < 100);
-        assert!(shown(&[0x9b; 5000]).len() < 100);
+        assert!(printable(&[b'x'; 5000]).len() < 100);
+        assert!(printable(&[0x9b; 5000]).len() < 100);
     }
 }

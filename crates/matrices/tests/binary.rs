@@ -4,7 +4,7 @@
 use std::io::Write as _;
 use std::path::Path;
 
-use dovetail_matrices::{Matrices, MatrixError, NamedMatrix, Quantity, parse};
+use dovetail_matrices::{FileMatrices, MatrixError, MatrixQuantity, NamedMatrix, parse};
 use flate2::Compression;
 use flate2::write::ZlibEncoder;
 use nalgebra_sparse::na::DMatrix;
@@ -52,7 +52,7 @@ impl Order {
 }
 
 fn all(file: &str, bytes: &[u8]) -> Result<Vec<NamedMatrix>, MatrixError> {
-    parse(Path::new(file), bytes).and_then(Matrices::all)
+    parse(Path::new(file), bytes).and_then(FileMatrices::read_all)
 }
 
 fn read(bytes: &[u8]) -> NamedMatrix {
@@ -348,7 +348,9 @@ fn objects_and_functions_are_left_out() {
     assert_eq!(found.name.as_deref(), Some("K"));
     assert_eq!(found.matrix.values(), [2.0]);
     let found = parse(Path::new("t.mat"), &file).unwrap();
-    let error = found.choose(Quantity::Stiffness, Some("t")).unwrap_err();
+    let error = found
+        .choose(MatrixQuantity::Stiffness, Some("t"))
+        .unwrap_err();
     assert!(error.to_string().contains("`t` is an object"), "{error}");
     refused(&[mat_head(order), table].concat(), &["`t` is an object"]);
 }
@@ -367,10 +369,10 @@ fn a_matrix_with_a_fault_does_no_harm_to_those_behind_it() {
             .choose(quantity, None)
     };
     assert_eq!(
-        DMatrix::from(&found(Quantity::Mass).unwrap().matrix),
+        DMatrix::from(&found(MatrixQuantity::Mass).unwrap().matrix),
         expected()
     );
-    let error = found(Quantity::Stiffness).unwrap_err().to_string();
+    let error = found(MatrixQuantity::Stiffness).unwrap_err().to_string();
     assert!(
         error.contains("byte 48: ") && error.contains("NaN in `KAA`"),
         "{error}"

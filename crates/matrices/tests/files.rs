@@ -4,7 +4,8 @@
 use std::path::{Path, PathBuf};
 
 use dovetail_matrices::{
-    Matrices, NamedMatrix, Quantity, Row, on_rows, parse, parse_rows, write_matrix_market,
+    FileMatrices, MatrixQuantity, NamedMatrix, Row, expand_to_rows, parse, parse_rows,
+    write_matrix_market,
 };
 use nalgebra_sparse::CscMatrix;
 use nalgebra_sparse::na::{DMatrix, DVector};
@@ -22,7 +23,7 @@ fn bytes(file: &str) -> (PathBuf, Vec<u8>) {
 #[track_caller]
 fn read(file: &str) -> Vec<NamedMatrix> {
     let (path, bytes) = bytes(file);
-    let all = parse(&path, &bytes).and_then(Matrices::all);
+    let all = parse(&path, &bytes).and_then(FileMatrices::read_all);
     all.unwrap_or_else(|error| panic!("{error}"))
 }
 
@@ -31,7 +32,10 @@ fn read(file: &str) -> Vec<NamedMatrix> {
 fn matrix(file: &str, name: Option<&str>) -> CscMatrix<f64> {
     let (path, bytes) = bytes(file);
     let matrices = parse(&path, &bytes).unwrap();
-    matrices.choose(Quantity::Stiffness, name).unwrap().matrix
+    matrices
+        .choose(MatrixQuantity::Stiffness, name)
+        .unwrap()
+        .matrix
 }
 
 fn dense(matrix: &CscMatrix<f64>) -> DMatrix<f64> {
@@ -144,7 +148,7 @@ fn a_variable_that_nobody_asks_for_does_no_harm() {
         let load = found().column(Some("PA")).unwrap();
         assert_eq!(load[..3], [0.0, 0.125, 0.25]);
         let said = |name| {
-            let failure = found().choose(Quantity::Stiffness, Some(name));
+            let failure = found().choose(MatrixQuantity::Stiffness, Some(name));
             failure.unwrap_err().to_string()
         };
         for (name, words) in [
@@ -164,7 +168,7 @@ fn a_variable_that_nobody_asks_for_does_no_harm() {
         let mut changed = bytes.clone();
         changed[at..].fill(0xff);
         let found = parse(&path, &changed).unwrap();
-        let found = found.choose(Quantity::Mass, None).unwrap();
+        let found = found.choose(MatrixQuantity::Mass, None).unwrap();
         assert_eq!(dense(&found.matrix), mass());
     }
 }
@@ -316,7 +320,7 @@ fn what_is_written_reads_back_to_the_bit() {
     let matrix = matrix("calculix/held.sti", None);
     let text = write_matrix_market(&matrix);
     let found = parse(Path::new("a.mtx"), text.as_bytes()).unwrap();
-    let found = found.choose(Quantity::Stiffness, None).unwrap();
+    let found = found.choose(MatrixQuantity::Stiffness, None).unwrap();
     assert_eq!(found.matrix, matrix);
 }
 
@@ -365,11 +369,11 @@ fn no_damage_to_a_file_is_a_panic() {
         let (path, whole) = bytes(file);
         for at in 0..whole.len() {
             // Where something is missing at the end of a text, the rest may be a file, too.
-            let _ = parse(&path, &whole[..at]).and_then(Matrices::all);
+            let _ = parse(&path, &whole[..at]).and_then(FileMatrices::read_all);
             for change in [0x01, 0x80, 0xff] {
                 let mut changed = whole.clone();
                 changed[at] ^= change;
-                if let Ok(matrices) = parse(&path, &changed).and_then(Matrices::all) {
+                if let Ok(matrices) = parse(&path, &changed).and_then(FileMatrices::read_all) {
                     for m in matrices {
                         assert!(m.matrix.values().iter().all(|v| v.is_finite() && *v != 0.0));
                     }
@@ -387,7 +391,7 @@ fn a_mass_without_some_rows_comes_onto_those_of_the_stiffness() {
     );
     let [stiffness, mass] = [stiffness, mass].map(|text| {
         let found = parse(Path::new("a.mtx"), text).unwrap();
-        found.all().unwrap().remove(0)
+        found.read_all().unwrap().remove(0)
     });
     let rows = stiffness.rows.clone().unwrap();
     let node = |node, direction| Row::Node { node, direction };
@@ -395,11 +399,11 @@ fn a_mass_without_some_rows_comes_onto_those_of_the_stiffness() {
     assert_eq!(mass.rows.as_deref(), Some(&rows[1..]));
     let expected = DMatrix::from_row_slice(3, 3, &[4.0, -1.0, 0.0, -1.0, 5.0, 0.0, 0.0, 0.0, 6.0]);
     assert_eq!(dense(&stiffness.matrix), expected);
-    let placed = on_rows(mass.clone(), &rows).unwrap();
+    let placed = expand_to_rows(mass.clone(), &rows).unwrap();
     let expected =
         DMatrix::from_row_slice(3, 3, &[0.0, 0.0, 0.0, 0.0, 0.25, 0.125, 0.0, 0.125, 0.5]);
     assert_eq!(dense(&placed), expected);
-    let message = on_rows(stiffness, mass.rows.as_ref().unwrap())
+    let message = expand_to_rows(stiffness, mass.rows.as_ref().unwrap())
         .unwrap_err()
         .to_string();
     assert!(message.contains("direction 1 of node 1"), "{message}");

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use dovetail_matrices::{
-    Matrices, MatrixError, NamedMatrix, Quantity, Row, on_rows, parse, parse_rows,
+    FileMatrices, MatrixError, MatrixQuantity, NamedMatrix, Row, expand_to_rows, parse, parse_rows,
 };
 use nalgebra_sparse::CscMatrix;
 use nalgebra_sparse::na::DMatrix;
@@ -27,7 +27,7 @@ fn says<T>(result: Result<T, MatrixError>, file: &str, words: &[&str]) {
 
 #[track_caller]
 fn refused(file: &str, text: impl AsRef<[u8]>, words: &[&str]) {
-    let all = parse(Path::new(file), text.as_ref()).and_then(Matrices::all);
+    let all = parse(Path::new(file), text.as_ref()).and_then(FileMatrices::read_all);
     says(all, file, words);
 }
 
@@ -42,7 +42,7 @@ fn refused_rows(text: &str, words: &[&str]) {
 
 #[track_caller]
 fn read(text: &str) -> NamedMatrix {
-    let all = parse(Path::new("a"), text.as_bytes()).and_then(Matrices::all);
+    let all = parse(Path::new("a"), text.as_bytes()).and_then(FileMatrices::read_all);
     let mut matrices = all.unwrap_or_else(|e| panic!("{e}"));
     assert_eq!(matrices.len(), 1);
     matrices.remove(0)
@@ -481,7 +481,7 @@ fn a_matrix_is_chosen_by_name_or_by_custom() {
         let found = parse(Path::new("m.op4"), text.as_bytes()).unwrap();
         found.choose(quantity, name).map(|m| m.name.unwrap())
     };
-    use Quantity::{Mass, Stiffness};
+    use MatrixQuantity::{Mass, Stiffness};
     for (names, quantity, name, expected) in [
         (&["A", "B"][..], Mass, Some("B"), "B"),
         (&["b", "B"], Mass, Some("B"), "B"),
@@ -534,24 +534,24 @@ fn rows_that_do_not_fit_are_refused() {
         rows: None,
         ..of(&two)
     };
-    says(on_rows(unlabelled, &two), "`M`", &["no labels"]);
-    says(on_rows(of(&two[..1]), &two), "`M`", &["2 rows", "1"]);
+    says(expand_to_rows(unlabelled, &two), "`M`", &["no labels"]);
+    says(expand_to_rows(of(&two[..1]), &two), "`M`", &["2 rows", "1"]);
     says(
-        on_rows(of(&two), &[node(1), node(1)]),
+        expand_to_rows(of(&two), &[node(1), node(1)]),
         "",
         &["rows 1 and 2"],
     );
     says(
-        on_rows(of(&two), &two[..1]),
+        expand_to_rows(of(&two), &two[..1]),
         "`M`",
         &["direction 1 of node 2"],
     );
     says(
-        on_rows(of(&modal[..2]), &modal),
+        expand_to_rows(of(&modal[..2]), &modal),
         "`M`",
         &["1 generalised", "2"],
     );
-    let placed = on_rows(of(&[modal[0], modal[0]]), &modal).unwrap();
+    let placed = expand_to_rows(of(&[modal[0], modal[0]]), &modal).unwrap();
     let expected = DMatrix::from_row_slice(3, 3, &[1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]);
     assert_eq!(DMatrix::from(&placed), expected);
 }

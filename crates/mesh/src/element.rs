@@ -177,7 +177,7 @@ impl ElementType {
     }
 
     /// Type that has `nodes` nodes: 4, 5, 6, 8, 10, 13, 15 or 20.
-    pub fn with_nodes(nodes: usize) -> Option<Self> {
+    pub fn from_node_count(nodes: usize) -> Option<Self> {
         Self::ALL
             .into_iter()
             .find(|element| element.nodes() == nodes)
@@ -278,7 +278,7 @@ pub struct Connectivity {
 
 /// Type of a solid element.
 fn solid_of(nodes: &[u32]) -> ElementType {
-    ElementType::with_nodes(nodes.len())
+    ElementType::from_node_count(nodes.len())
         .expect("readers keep the eight types of solid elements alone")
 }
 
@@ -311,7 +311,7 @@ impl Connectivity {
     }
 
     /// Nodes of element `e`.
-    pub fn of(&self, e: usize) -> &[u32] {
+    pub fn element_nodes(&self, e: usize) -> &[u32] {
         &self.nodes[self.offsets[e]..self.offsets[e + 1]]
     }
 
@@ -341,12 +341,12 @@ impl Connectivity {
 
     /// Type and nodes of element `e` of a list of solid ones.
     pub fn solid(&self, e: usize) -> (ElementType, &[u32]) {
-        (solid_of(self.of(e)), self.of(e))
+        (solid_of(self.element_nodes(e)), self.element_nodes(e))
     }
 
     /// Connectivity after some nodes are dropped: the elements all of whose nodes remain, with the
     /// new numbers of these. The second value is the new number of each element.
-    pub fn kept(&self, node: &[Option<u32>]) -> (Self, Vec<Option<u32>>) {
+    pub fn retain_nodes(&self, node: &[Option<u32>]) -> (Self, Vec<Option<u32>>) {
         let (mut left, mut numbers) = (Self::default(), Vec::with_capacity(self.len()));
         for (nodes, &tag) in self.iter().zip(&self.tags) {
             let nodes: Option<Vec<u32>> = nodes.iter().map(|&n| node[n as usize]).collect();
@@ -383,9 +383,9 @@ mod tests {
     fn the_number_of_nodes_says_the_type() {
         for (number, element) in ElementType::ALL.into_iter().enumerate() {
             assert_eq!(element.number(), number);
-            assert_eq!(ElementType::with_nodes(element.nodes()), Some(element));
+            assert_eq!(ElementType::from_node_count(element.nodes()), Some(element));
         }
-        assert_eq!(ElementType::with_nodes(27), None);
+        assert_eq!(ElementType::from_node_count(27), None);
     }
 
     /// Euler's formula, and every edge on two faces and passed once in each sense: the faces close.
@@ -434,7 +434,7 @@ mod tests {
         list.push(7, [0, 1, 2, 3]);
         list.push(9, [4, 5, 6, 7, 8]);
         assert_eq!(
-            (list.len(), list.of(1), list.tags()),
+            (list.len(), list.element_nodes(1), list.tags()),
             (2, &[4, 5, 6, 7, 8][..], &[7, 9][..])
         );
         assert_eq!(list.iter().map(<[u32]>::len).collect::<Vec<_>>(), [4, 5]);

@@ -1,7 +1,7 @@
 //! Points of a facet and integrals over it.
 
 use super::element::facet_corners;
-use super::interpolation::of_facet;
+use super::interpolation::facet_functions;
 use super::quadrature;
 use dovetail_numerics::space::{add_scaled, cross, dot, norm};
 
@@ -20,8 +20,8 @@ pub struct FacetPoint {
 }
 
 /// Point of a facet at two reference coordinates.
-pub fn at(coords_m: &[[f64; 3]], point: [f64; 2]) -> FacetPoint {
-    let functions = of_facet(coords_m.len(), point);
+pub fn evaluate(coords_m: &[[f64; 3]], point: [f64; 2]) -> FacetPoint {
+    let functions = facet_functions(coords_m.len(), point);
     let (mut position, mut tangents) = ([0.0; 3], [[0.0; 3]; 2]);
     for (x, n) in coords_m.iter().zip(&functions) {
         for k in 0..3 {
@@ -41,7 +41,7 @@ pub fn at(coords_m: &[[f64; 3]], point: [f64; 2]) -> FacetPoint {
 /// Points of the rule of quadrature of a facet, with their weights.
 pub fn points(coords_m: &[[f64; 3]]) -> impl Iterator<Item = (FacetPoint, f64)> {
     let rule = quadrature::facet(facet_corners(coords_m.len())).into_iter();
-    rule.map(|(point, weight)| (at(coords_m, point), weight))
+    rule.map(|(point, weight)| (evaluate(coords_m, point), weight))
 }
 
 /// Mean elongation of a facet along a direction, as weights of the displacements of its nodes.
@@ -60,20 +60,20 @@ pub struct Elongation {
 /// point: int t . (grad_s u) t dA, with the unit tangent t and the gradient in the surface. It is
 /// exact for the displacements that the facet interpolates.
 pub fn elongation(coords_m: &[[f64; 3]], direction: [f64; 3]) -> Elongation {
-    let mut all = Elongation {
+    let mut elongation = Elongation {
         area_m2: 0.0,
         weights_m: vec![[0.0; 3]; coords_m.len()],
         largest_sine: 0.0,
     };
     for (reference, weight) in quadrature::facet(facet_corners(coords_m.len())) {
-        let point = at(coords_m, reference);
+        let point = evaluate(coords_m, reference);
         let area = norm(point.normal_m2);
         let sine = dot(direction, point.normal_m2) / area;
         let mut tangent = direction;
         add_scaled(&mut tangent, -sine / area, point.normal_m2);
         let length = norm(tangent);
-        all.area_m2 += weight * area;
-        all.largest_sine = all.largest_sine.max(sine.abs());
+        elongation.area_m2 += weight * area;
+        elongation.largest_sine = elongation.largest_sine.max(sine.abs());
         if length == 0.0 {
             continue;
         }
@@ -87,13 +87,13 @@ pub fn elongation(coords_m: &[[f64; 3]], direction: [f64; 3]) -> Elongation {
             (bb * ta - ab * tb) / determinant,
             (aa * tb - ab * ta) / determinant,
         ];
-        let functions = of_facet(coords_m.len(), reference);
-        for (sum, n) in all.weights_m.iter_mut().zip(&functions) {
+        let functions = facet_functions(coords_m.len(), reference);
+        for (sum, n) in elongation.weights_m.iter_mut().zip(&functions) {
             let slope = along[0] * n.gradient[0] + along[1] * n.gradient[1];
             add_scaled(sum, weight * area * slope, tangent);
         }
     }
-    all
+    elongation
 }
 
 /// Part of a facet that belongs to a node.

@@ -90,7 +90,7 @@ fn coordinate(point: [f64; 3], k: usize) -> ShapeValue {
 }
 
 /// Shape functions of an element at a reference point, in the order of its nodes.
-pub fn of_element(element: ElementType, point: [f64; 3]) -> Vec<ShapeValue> {
+pub fn element_functions(element: ElementType, point: [f64; 3]) -> Vec<ShapeValue> {
     let linear = corners(element.shape, point);
     match element.order {
         ElementOrder::Linear => linear,
@@ -103,7 +103,7 @@ pub fn of_element(element: ElementType, point: [f64; 3]) -> Vec<ShapeValue> {
 }
 
 /// Shape functions of a facet of `nodes` nodes (3, 4, 6 or 8) at two reference coordinates.
-pub fn of_facet(nodes: usize, point: [f64; 2]) -> Vec<ShapeValue> {
+pub fn facet_functions(nodes: usize, point: [f64; 2]) -> Vec<ShapeValue> {
     let [x, y] = [0, 1].map(|k| coordinate([point[0], point[1], 0.0], k));
     let n = facet_corners(nodes);
     let linear: Vec<ShapeValue> = match n {
@@ -204,9 +204,9 @@ fn corners(shape: Shape, point: [f64; 3]) -> Vec<ShapeValue> {
             [triangle.map(|n| n * low), triangle.map(|n| n * high)].concat()
         }
         Shape::Pyramid => {
-            let mut all = square.map(|n| n * low).to_vec();
-            all.push(high);
-            all
+            let mut corners = square.map(|n| n * low).to_vec();
+            corners.push(high);
+            corners
         }
         Shape::Hexahedron => [square.map(|n| n * low), square.map(|n| n * high)].concat(),
     }
@@ -266,7 +266,7 @@ mod tests {
     fn each_function_is_one_at_its_node_and_zero_at_the_others() {
         for element in ElementType::ALL {
             for (node, point) in reference_nodes(element).into_iter().enumerate() {
-                for (function, n) in of_element(element, point).iter().enumerate() {
+                for (function, n) in element_functions(element, point).iter().enumerate() {
                     let expected = f64::from(u8::from(function == node));
                     assert!(
                         (n.value - expected).abs() < 1e-15,
@@ -281,7 +281,7 @@ mod tests {
     fn gradients_are_the_derivatives_and_sum_to_nothing() {
         for element in ElementType::ALL {
             for point in INSIDE {
-                let here = of_element(element, point);
+                let here = element_functions(element, point);
                 for k in 0..3 {
                     let sum: f64 = here.iter().map(|n| n.gradient[k]).sum();
                     assert!(sum.abs() < 1e-14);
@@ -289,7 +289,7 @@ mod tests {
                     let at = |s: f64| {
                         let mut p = point;
                         p[k] += s * step;
-                        of_element(element, p)
+                        element_functions(element, p)
                     };
                     for (a, (n, b)) in at(-1.0).iter().zip(here.iter().zip(at(1.0))) {
                         let difference = (b.value - a.value) / (2.0 * step);
@@ -322,7 +322,7 @@ mod tests {
             };
             let at_nodes: Vec<f64> = reference_nodes(element).into_iter().map(field).collect();
             for point in INSIDE {
-                let functions = of_element(element, point);
+                let functions = element_functions(element, point);
                 let found: f64 = functions
                     .iter()
                     .zip(&at_nodes)
@@ -349,11 +349,11 @@ mod tests {
                     if n == 3 && at[0] < 0.0 {
                         continue;
                     }
-                    let on_facet = of_facet(face.len(), at);
+                    let on_facet = facet_functions(face.len(), at);
                     // The corner functions of the facet lead to the point of the element; only at
                     // the apex, where the face of the cube is one point, is it found by its height
                     // and its direction.
-                    let corners = of_facet(n, at);
+                    let corners = facet_functions(n, at);
                     let mut point = [0.0; 3];
                     for (c, l) in corners.iter().enumerate() {
                         for k in 0..3 {
@@ -364,7 +364,7 @@ mod tests {
                         let s = 0.5 * (1.0 - point[2]);
                         point = [point[0] / s, point[1] / s, point[2]];
                     }
-                    let all = of_element(element, point);
+                    let all = element_functions(element, point);
                     for (i, n) in all.iter().enumerate() {
                         let place = face.iter().position(|&node| node == i);
                         let expected = place.map_or(0.0, |place| on_facet[place].value);

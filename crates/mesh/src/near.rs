@@ -36,7 +36,7 @@ impl<'a> Near<'a> {
     }
 
     /// Calls `found` with each point at most `radius` away from `at`.
-    pub fn within(&self, at: [f64; 3], radius: f64, mut found: impl FnMut(u32)) {
+    pub fn visit_within(&self, at: [f64; 3], radius: f64, mut found: impl FnMut(u32)) {
         let cell = |x: f64| (x / self.size).floor() as i64;
         let [x, y, z] = at.map(|x| cell(x - radius)..=cell(x + radius));
         for x in x {

@@ -20,7 +20,7 @@ pub struct Placement {
 
 impl Placement {
     /// New position of a point, m (Rodrigues' formula).
-    pub fn of(&self, point_m: [f64; 3]) -> [f64; 3] {
+    pub fn apply(&self, point_m: [f64; 3]) -> [f64; 3] {
         let length = norm(self.axis);
         let axis = self.axis.map(|a| a / length);
         let arm = [0, 1, 2].map(|k| point_m[k] - self.point_m[k]);
@@ -49,8 +49,8 @@ impl Mesh {
         for (new, &old) in (0..).zip(&whole.nodes) {
             node[old as usize] = Some(new);
         }
-        let (elements, element) = self.elements.kept(&node);
-        let (facets, facet) = self.facets.kept(&node);
+        let (elements, element) = self.elements.retain_nodes(&node);
+        let (facets, facet) = self.facets.retain_nodes(&node);
         let mut groups = BTreeMap::new();
         for (name, group) in &self.groups {
             let (list, number) = match group.dimension {
@@ -63,7 +63,7 @@ impl Mesh {
                 3 if group.elements.is_empty() => renumbered(&group.nodes, &node),
                 _ => of_group
                     .iter()
-                    .flat_map(|&e| list.of(e as usize))
+                    .flat_map(|&e| list.element_nodes(e as usize))
                     .copied()
                     .collect(),
             };
@@ -96,7 +96,7 @@ impl Mesh {
     /// Moves all nodes to another place.
     pub fn place(&mut self, placement: &Placement) {
         for x in &mut self.nodes_m {
-            *x = placement.of(*x);
+            *x = placement.apply(*x);
         }
     }
 

@@ -23,8 +23,8 @@ impl Mesh {
     /// Pieces of the elements of a volume group. Nodes that are in one of the sets `joined`, each
     /// ascending, count as joined to each other: the two flanks of a contact, for example.
     pub fn pieces(&self, volume: &Group, joined: &[Vec<u32>]) -> Pieces {
-        let mut sets = Sets::new(self.nodes_m.len());
-        let of = |element: &u32| self.elements.of(*element as usize);
+        let mut sets = DisjointSets::new(self.nodes_m.len());
+        let of = |element: &u32| self.elements.element_nodes(*element as usize);
         let elements = volume.elements.iter().map(of);
         for nodes in elements.clone().chain(joined.iter().map(Vec::as_slice)) {
             for pair in nodes.windows(2) {
@@ -39,11 +39,11 @@ impl Mesh {
         counts.sort_unstable_by(|a, b| b.cmp(a));
         Pieces {
             elements: counts,
-            at_one_place: self.at_one_place(volume, joined),
+            at_one_place: self.coincident_nodes(volume, joined),
         }
     }
 
-    fn at_one_place(&self, volume: &Group, joined: &[Vec<u32>]) -> Vec<[u32; 2]> {
+    fn coincident_nodes(&self, volume: &Group, joined: &[Vec<u32>]) -> Vec<[u32; 2]> {
         let at = |node: u32| self.nodes_m[node as usize];
         let edges = volume.elements.iter().flat_map(|&element| {
             let (element, nodes) = self.elements.solid(element as usize);
@@ -56,14 +56,14 @@ impl Mesh {
         }
         let of_elements = volume.elements.iter();
         let mut nodes: Vec<u32> = of_elements
-            .flat_map(|element| self.elements.of(*element as usize))
+            .flat_map(|element| self.elements.element_nodes(*element as usize))
             .copied()
             .collect();
         super::sort_once(&mut nodes);
         let near = Near::new(&self.nodes_m, nodes.iter().copied(), radius);
         let mut pairs = Vec::new();
         for node in nodes {
-            near.within(at(node), radius, |other| {
+            near.visit_within(at(node), radius, |other| {
                 let has = |set: &[u32], node: u32| set.binary_search(&node).is_ok();
                 let has_both = |set: &Vec<u32>| has(set, node) && has(set, other);
                 if other > node && !joined.iter().any(has_both) {
@@ -77,9 +77,9 @@ impl Mesh {
 }
 
 /// Disjoint sets of nodes.
-struct Sets(Vec<u32>);
+struct DisjointSets(Vec<u32>);
 
-impl Sets {
+impl DisjointSets {
     fn new(nodes: usize) -> Self {
         Self((0..nodes as u32).collect())
     }

@@ -19,17 +19,17 @@ pub struct Rule {
 impl Rule {
     /// One point, degree 1.
     pub fn degree_1() -> Self {
-        Self::of(&[(vec![[0.25; 4]], 1.0 / 6.0)])
+        Self::from_orbits(&[(vec![[0.25; 4]], 1.0 / 6.0)])
     }
 
     /// Four points, degree 2.
     pub fn degree_2() -> Self {
-        Self::of(&[corner_orbit((5.0 - 5.0_f64.sqrt()) / 20.0, 1.0 / 24.0)])
+        Self::from_orbits(&[corner_orbit((5.0 - 5.0_f64.sqrt()) / 20.0, 1.0 / 24.0)])
     }
 
     /// Fourteen points, degree 5.
     pub fn degree_5() -> Self {
-        Self::of(&[
+        Self::from_orbits(&[
             corner_orbit(0.310_885_919_263_300_6, 0.112_687_925_718_015_85 / 6.0),
             corner_orbit(0.092_735_250_310_891_23, 0.073_493_043_116_361_95 / 6.0),
             edge_orbit(0.045_503_704_125_649_65, 0.042_546_020_777_081_47 / 6.0),
@@ -39,7 +39,7 @@ impl Rule {
     /// Twenty-four points, degree 6.
     pub fn degree_6() -> Self {
         let (a, b) = (0.063_661_001_875_017_53, 0.269_672_331_458_315_9);
-        Self::of(&[
+        Self::from_orbits(&[
             corner_orbit(0.214_602_871_259_151_68, 0.006_653_791_709_694_646),
             corner_orbit(0.040_673_958_534_611_34, 0.001_679_535_175_886_776_2),
             corner_orbit(0.322_337_890_142_275_65, 0.009_226_196_923_942_398),
@@ -50,7 +50,7 @@ impl Rule {
     /// `n` points in each direction of the cube, 1 to 4.
     pub fn cube(n: usize) -> Self {
         let line = gauss_line(n);
-        let mut rule = Self::at(&[]);
+        let mut rule = Self::unweighted(&[]);
         for &(x, wx) in &line {
             for &(y, wy) in &line {
                 for &(z, wz) in &line {
@@ -64,7 +64,7 @@ impl Rule {
 
     /// A rule of the triangle times `n` points along the wedge.
     pub fn wedge(triangle: &[([f64; 2], f64)], n: usize) -> Self {
-        let mut rule = Self::at(&[]);
+        let mut rule = Self::unweighted(&[]);
         for &([x, y], w) in triangle {
             for (z, wz) in gauss_line(n) {
                 rule.points.push([x, y, z]);
@@ -75,7 +75,7 @@ impl Rule {
     }
 
     /// Rule of points without weights, for evaluation.
-    pub fn at(points: &[[f64; 3]]) -> Self {
+    pub fn unweighted(points: &[[f64; 3]]) -> Self {
         Self {
             points: points.to_vec(),
             weights: vec![0.0; points.len()],
@@ -83,8 +83,8 @@ impl Rule {
     }
 
     /// Rule of the points of orbits.
-    fn of(orbits: &[Orbit]) -> Self {
-        let weighted = |(points, weight): &Orbit| {
+    fn from_orbits(orbits: &[PointOrbit]) -> Self {
+        let weighted = |(points, weight): &PointOrbit| {
             let points = points.iter().map(|l| ([l[1], l[2], l[3]], *weight));
             points.collect::<Vec<_>>()
         };
@@ -95,10 +95,10 @@ impl Rule {
 
 /// Barycentric points that permutations of the corners take into one another, and the weight of
 /// each of them.
-type Orbit = (Vec<[f64; 4]>, f64);
+type PointOrbit = (Vec<[f64; 4]>, f64);
 
 /// Orbit with three barycentric coordinates `a`.
-fn corner_orbit(a: f64, weight: f64) -> Orbit {
+fn corner_orbit(a: f64, weight: f64) -> PointOrbit {
     let point = |corner: usize| {
         let mut l = [a; 4];
         l[corner] = 1.0 - 3.0 * a;
@@ -108,21 +108,21 @@ fn corner_orbit(a: f64, weight: f64) -> Orbit {
 }
 
 /// Orbit with two coordinates `a`, and two 1/2 - a.
-fn edge_orbit(a: f64, weight: f64) -> Orbit {
-    let point = |(i, j)| with_two([a; 4], (i, 0.5 - a), (j, 0.5 - a));
+fn edge_orbit(a: f64, weight: f64) -> PointOrbit {
+    let point = |(i, j)| replace_two([a; 4], (i, 0.5 - a), (j, 0.5 - a));
     (pairs().map(point).collect(), weight)
 }
 
 /// Orbit with two coordinates `a`, one `b`, and the fourth as the rest.
-fn pair_orbit(a: f64, b: f64, weight: f64) -> Orbit {
+fn pair_orbit(a: f64, b: f64, weight: f64) -> PointOrbit {
     let c = 1.0 - 2.0 * a - b;
     let both = pairs().flat_map(|(i, j)| [(i, j), (j, i)]);
-    let point = |(i, j)| with_two([a; 4], (i, b), (j, c));
+    let point = |(i, j)| replace_two([a; 4], (i, b), (j, c));
     (both.map(point).collect(), weight)
 }
 
 /// Point with two coordinates replaced.
-fn with_two(mut l: [f64; 4], (i, b): (usize, f64), (j, c): (usize, f64)) -> [f64; 4] {
+fn replace_two(mut l: [f64; 4], (i, b): (usize, f64), (j, c): (usize, f64)) -> [f64; 4] {
     (l[i], l[j]) = (b, c);
     l
 }
@@ -178,7 +178,7 @@ pub fn triangle(degree: usize) -> Vec<([f64; 2], f64)> {
             three(0.063_089_014_491_502_23, 0.050_844_906_370_206_82);
             let (a, b) = (0.310_352_451_033_784_4, 0.053_145_049_844_816_95);
             let c = 1.0 - a - b;
-            let all = [
+            let permutations = [
                 [a, b, c],
                 [b, c, a],
                 [c, a, b],
@@ -186,7 +186,7 @@ pub fn triangle(degree: usize) -> Vec<([f64; 2], f64)> {
                 [a, c, b],
                 [c, b, a],
             ];
-            points.extend(all.map(|l| (l, 0.082_851_075_618_373_58)));
+            points.extend(permutations.map(|l| (l, 0.082_851_075_618_373_58)));
         }
         _ => unreachable!("degrees 2, 4, 5 and 6 are tabulated"),
     }

@@ -7,7 +7,7 @@ use std::sync::LazyLock;
 use thiserror::Error;
 
 use super::element::{facet_corners, sorted_corners};
-use super::interpolation::{of_element, reference_nodes};
+use super::interpolation::{element_functions, reference_nodes};
 use super::{ElementOrder, ElementType, Group, Mesh, Shape, text};
 use dovetail_numerics::space::{cross, dot, middle, sub};
 
@@ -314,12 +314,14 @@ fn made(element: ElementType) -> Vec<Probe> {
             Shape::Pyramid => s * s,
             _ => 1.0,
         };
-        let functions = of_element(element, point);
+        let functions = element_functions(element, point);
         (functions.iter().map(|n| n.gradient).collect(), undistorted)
     };
     // At a pyramid's apex, where the map from the cube is flat, nothing can be said.
-    let all = points.into_iter().map(probe);
-    all.filter(|(_, undistorted)| *undistorted > 0.0).collect()
+    let probed = points.into_iter().map(probe);
+    probed
+        .filter(|(_, undistorted)| *undistorted > 0.0)
+        .collect()
 }
 
 /// Smallest ratio of the Jacobian determinant to that of the reference element.
@@ -367,13 +369,13 @@ fn check_orders(mesh: &Mesh) -> Result<(), QualityError> {
     }
     let mut middles: HashMap<[u32; 2], Option<u32>> = HashMap::new();
     let mut differs = |nodes: &[u32], corners: usize, edges: &[[usize; 2]]| {
-        let mut found = false;
+        let mut differs = false;
         for (i, &[a, b]) in edges.iter().enumerate() {
             let key = [nodes[a].min(nodes[b]), nodes[a].max(nodes[b])];
-            let own = nodes.get(corners + i).copied();
-            found |= *middles.entry(key).or_insert(own) != own;
+            let middle = nodes.get(corners + i).copied();
+            differs |= *middles.entry(key).or_insert(middle) != middle;
         }
-        found
+        differs
     };
     let mut tags = Vec::new();
     for ((ElementType { shape, .. }, nodes), &tag) in
@@ -618,7 +620,7 @@ mod tests {
         m.node_tags.push(99);
         let face: Vec<u32> = Shape::Hexahedron.faces()[3]
             .iter()
-            .map(|&i| cube.elements.of(0)[i])
+            .map(|&i| cube.elements.element_nodes(0)[i])
             .collect();
         for corners in [[0, 1, 2], [0, 2, 3]] {
             let base = corners.map(|i: usize| face[i]);

@@ -38,10 +38,10 @@ pub fn plain(text: &str) -> String {
         let (blanks, from) = rest.split_at(rest.find(|c| !is_blank(c)).unwrap_or(rest.len()));
         let (word, after) = from.split_at(from.find(is_blank).unwrap_or(from.len()));
         shown.push_str(&visible(blanks));
-        shown.push_str(&visible(&without_middle(word, MOST_OF_A_WORD)));
+        shown.push_str(&visible(&shorten_middle(word, MOST_OF_A_WORD)));
         rest = after;
     }
-    without_middle(&shown, MOST_OF_A_MESSAGE)
+    shorten_middle(&shown, MOST_OF_A_MESSAGE)
 }
 
 /// Text with line ends and tabs unchanged, and every other character that a terminal would obey
@@ -59,7 +59,7 @@ pub fn visible(text: &str) -> String {
 }
 
 /// Shortens a text longer than `most` characters to its first two thirds and its last third.
-fn without_middle(text: &str, most: usize) -> String {
+fn shorten_middle(text: &str, most: usize) -> String {
     // Characters have at least a byte.
     let long = text.len() > most;
     let count = if long { text.chars().count() } else { 0 };
@@ -68,8 +68,8 @@ fn without_middle(text: &str, most: usize) -> String {
     }
     let (head, tail) = (most - most / 3, most / 3);
     let place = |character: usize| {
-        let found = text.char_indices().nth(character);
-        found.map_or(text.len(), |(at, _)| at)
+        let boundary = text.char_indices().nth(character);
+        boundary.map_or(text.len(), |(at, _)| at)
     };
     format!(
         "{}[... {} characters left out ...]{}",

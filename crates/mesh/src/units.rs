@@ -44,8 +44,8 @@ impl FromStr for Units {
     type Err = ();
     fn from_str(word: &str) -> Result<Self, ()> {
         let mut systems = Self::SYSTEMS.into_iter();
-        let found = systems.find(|(own, _)| *own == word);
-        found.map(|(_, units)| units).ok_or(())
+        let system = systems.find(|(own, _)| *own == word);
+        system.map(|(_, units)| units).ok_or(())
     }
 }
 

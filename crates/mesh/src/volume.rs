@@ -2,7 +2,7 @@
 
 use dovetail_numerics::space::{add_scaled, cross, dot};
 
-use super::interpolation::of_element;
+use super::interpolation::element_functions;
 use super::quadrature::{Rule, triangle};
 use super::{ElementType, Shape};
 
@@ -41,7 +41,7 @@ fn table(element: ElementType) -> Table {
         Shape::Pyramid | Shape::Hexahedron => Rule::cube(4),
     };
     let at = |point: &[f64; 3]| {
-        let functions = of_element(element, *point);
+        let functions = element_functions(element, *point);
         functions.into_iter().map(|f| f.gradient).collect()
     };
     let gradients = rule.points.iter().map(at);

@@ -78,8 +78,9 @@ fn mid_edge_nodes_lie_between_the_corners_of_their_edge() {
         }
     };
     let edges = Shape::Tetrahedron.edges();
-    (0..mesh.elements.len()).for_each(|e| check(mesh.elements.of(e), 4, edges));
-    (0..mesh.facets.len()).for_each(|f| check(mesh.facets.of(f), 3, &[[0, 1], [1, 2], [0, 2]]));
+    (0..mesh.elements.len()).for_each(|e| check(mesh.elements.element_nodes(e), 4, edges));
+    (0..mesh.facets.len())
+        .for_each(|f| check(mesh.facets.element_nodes(f), 3, &[[0, 1], [1, 2], [0, 2]]));
 }
 
 #[test]
@@ -98,7 +99,11 @@ fn ascii_and_binary_blocks_are_the_same_two_cubes() {
         let skin: BTreeSet<_> = mesh.groups["upper_skin"].elements.iter().collect();
         assert!(bottom.len() == 8 && bottom.is_subset(&skin) && skin.len() == 48);
         assert_eq!(mesh.groups["corner"].nodes.len(), 1);
-        let per_edge = if mesh.elements.of(0).len() == 4 { 3 } else { 5 };
+        let per_edge = if mesh.elements.element_nodes(0).len() == 4 {
+            3
+        } else {
+            5
+        };
         assert_eq!(mesh.groups["rim"].nodes.len(), per_edge);
         let corner = mesh.groups["corner"].nodes[0] as usize;
         assert!(distance(mesh.nodes_m[corner], [MM, MM, 2.0 * MM]) < 1e-15);

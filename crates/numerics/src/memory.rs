@@ -30,7 +30,7 @@ fn gib(bytes: u64) -> f64 {
 ///
 /// # Errors
 /// [`TooLittle`]. Where the system gives no information, the memory counts as sufficient.
-pub fn ask_for(needed: u64) -> Result<(), TooLittle> {
+pub fn check_available(needed: u64) -> Result<(), TooLittle> {
     if needed < LITTLE {
         return Ok(());
     }
@@ -51,7 +51,7 @@ pub fn available() -> Option<u64> {
         limit.saturating_sub(used)
     });
     let groups = groups(&read("/proc/self/cgroup"));
-    let of_groups = groups.iter().filter_map(|folder| left_of_group(folder));
+    let of_groups = groups.iter().filter_map(|folder| group_rest_bytes(folder));
     of_groups.chain(system).chain(address_space).min()
 }
 
@@ -72,7 +72,7 @@ fn limit_of_address_space(limits: &str) -> Option<u64> {
 
 /// Folders of the control groups that limit memory, with their parents: of version 2 and version 1.
 fn groups(memberships: &str) -> Vec<PathBuf> {
-    let mut found = Vec::new();
+    let mut groups = Vec::new();
     for line in memberships.lines() {
         let mut parts = line.splitn(3, ':').skip(1);
         let (Some(controllers), Some(path)) = (parts.next(), parts.next()) else {
@@ -83,18 +83,18 @@ fn groups(memberships: &str) -> Vec<PathBuf> {
             list if list.split(',').any(|c| c == "memory") => Path::new("/sys/fs/cgroup/memory"),
             _ => continue,
         };
-        let own = root.join(path.trim_start_matches('/'));
-        let above = own
+        let group_folder = root.join(path.trim_start_matches('/'));
+        let above = group_folder
             .ancestors()
             .take_while(|folder| folder.starts_with(root));
-        found.extend(above.map(Path::to_path_buf));
+        groups.extend(above.map(Path::to_path_buf));
     }
-    found
+    groups
 }
 
 /// Limit minus use of a control group, without files that nobody reads any more; `None` where
 /// nothing is limited.
-fn left_of_group(folder: &Path) -> Option<u64> {
+fn group_rest_bytes(folder: &Path) -> Option<u64> {
     let number = |file: &str| -> Option<u64> {
         let text = fs::read_to_string(folder.join(file)).ok()?;
         text.trim().parse().ok()
@@ -153,19 +153,19 @@ mod tests {
         let folder = Folder::new("group");
         folder.write("memory.max", "max\n");
         folder.write("memory.current", "700\n");
-        assert_eq!(left_of_group(&folder), None);
+        assert_eq!(group_rest_bytes(&folder), None);
         folder.write("memory.max", "1000\n");
         folder.write("memory.stat", "anon 5\ninactive_file 200\n");
-        assert_eq!(left_of_group(&folder), Some(500));
+        assert_eq!(group_rest_bytes(&folder), Some(500));
         folder.write("memory.current", "5000\n");
-        assert_eq!(left_of_group(&folder), Some(0));
+        assert_eq!(group_rest_bytes(&folder), Some(0));
     }
 
     #[test]
     fn more_than_there_is_is_refused() {
-        assert_eq!(ask_for(LITTLE - 1), Ok(()));
+        assert_eq!(check_available(LITTLE - 1), Ok(()));
         if cfg!(target_os = "linux") {
-            let refused = ask_for(u64::MAX).unwrap_err();
+            let refused = check_available(u64::MAX).unwrap_err();
             assert!(refused.needed == u64::MAX && refused.available < u64::MAX);
         }
     }

@@ -62,8 +62,8 @@ pub fn add_scaled(sum: &mut Vector, s: f64, a: Vector) {
 
 /// Difference of the largest and the least of some numbers.
 pub fn extent(values: impl Iterator<Item = f64>) -> f64 {
-    let all = (f64::INFINITY, f64::NEG_INFINITY);
-    let (least, most) = values.fold(all, |(least, most), x| (least.min(x), most.max(x)));
+    let empty = (f64::INFINITY, f64::NEG_INFINITY);
+    let (least, most) = values.fold(empty, |(least, most), x| (least.min(x), most.max(x)));
     most - least
 }
 

@@ -65,7 +65,7 @@ impl<'a> Spectrum<'a> {
     }
 
     /// The 2H+1 coefficients of one signal.
-    pub fn of_signal(self, signal: usize) -> impl Iterator<Item = f64> + 'a {
+    pub fn signal_coefficients(self, signal: usize) -> impl Iterator<Item = f64> + 'a {
         let n = self.signals();
         self.values.iter().skip(signal).step_by(n.max(1)).copied()
     }
@@ -84,7 +84,7 @@ mod tests {
         assert_eq!(spectrum.mean(), [0.0, 1.0]);
         assert_eq!(spectrum.cosine(1), [2.0, 3.0]);
         assert_eq!(spectrum.sine(2), [8.0, 9.0]);
-        let second: Vec<f64> = spectrum.of_signal(1).collect();
+        let second: Vec<f64> = spectrum.signal_coefficients(1).collect();
         assert_eq!(second, [1.0, 3.0, 5.0, 7.0, 9.0]);
         assert_eq!(Spectrum::new(&[], 3).mean(), [0.0; 0]);
     }

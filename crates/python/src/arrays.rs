@@ -34,7 +34,10 @@ pub fn block<T: Element>(
 }
 
 /// Array of vectors in space, (n, 3).
-pub fn in_space<'py>(py: Python<'py>, vectors: &[[f64; 3]]) -> PyResult<Bound<'py, PyArray2<f64>>> {
+pub fn vector_array<'py>(
+    py: Python<'py>,
+    vectors: &[[f64; 3]],
+) -> PyResult<Bound<'py, PyArray2<f64>>> {
     table(py, [vectors.len(), 3], vectors.concat())
 }
 
@@ -93,7 +96,7 @@ fn wrong_kind(name: &str, kind: &str, size: usize) -> PyErr {
     })
 }
 
-fn all_finite(name: &str, values: &[f64]) -> PyResult<()> {
+fn check_all_finite(name: &str, values: &[f64]) -> PyResult<()> {
     match values.iter().position(|v| !v.is_finite()) {
         None => Ok(()),
         Some(at) => Err(errors::value(format!(
@@ -110,9 +113,9 @@ pub fn reals(name: &str, given: &Bound<'_, PyAny>) -> PyResult<Given<f64>> {
         ("f", 8) | ("i" | "u", _) => {}
         (kind, size) => return Err(wrong_kind(name, kind, size)),
     }
-    let found = contiguous::<f64>(&array, "float64")?;
-    all_finite(name, &found.values)?;
-    Ok(found)
+    let array = contiguous::<f64>(&array, "float64")?;
+    check_all_finite(name, &array.values)?;
+    Ok(array)
 }
 
 /// Real or complex numbers of double precision.
@@ -128,10 +131,10 @@ pub fn complexes(name: &str, given: &Bound<'_, PyAny>) -> PyResult<Given<Complex
         }
         (kind, size) => return Err(wrong_kind(name, kind, size)),
     }
-    let found = contiguous::<Complex64>(&array, "complex128")?;
-    let parts: Vec<f64> = found.values.iter().flat_map(|v| [v.re, v.im]).collect();
-    all_finite(name, &parts)?;
-    Ok(found)
+    let array = contiguous::<Complex64>(&array, "complex128")?;
+    let parts: Vec<f64> = array.values.iter().flat_map(|v| [v.re, v.im]).collect();
+    check_all_finite(name, &parts)?;
+    Ok(array)
 }
 
 /// Checks the shape of an array.

@@ -9,7 +9,7 @@ use crate::arrays::{real_vector, table, vector};
 use crate::errors;
 use crate::motion::PyMotion;
 use crate::running::watched;
-use crate::subject::Subject;
+use crate::subject::ResultSubject;
 use dovetail_solver::dlft::balance::{Balance, Jacobian};
 use dovetail_solver::dlft::orbit::orbit;
 use dovetail_solver::dlft::{Outcome, StaticState};
@@ -24,7 +24,7 @@ const MOST_DENSE: usize = 1 << 28;
 /// equations. The functions release the lock of the interpreter, and give the bits of the library.
 #[pyclass(frozen, name = "Balance", module = "dovetail")]
 pub struct PyBalance {
-    pub subject: Arc<Subject>,
+    pub subject: Arc<ResultSubject>,
     pub state: Arc<StaticState>,
     pub balance: Balance,
     pub frequency_hz: f64,
@@ -39,18 +39,22 @@ impl PyBalance {
     }
 
     /// Does what may take long on another thread, so that a panic is an exception.
-    fn apart<T: Send>(&self, py: Python<'_>, work: impl FnOnce() -> T + Send) -> PyResult<T> {
+    fn run_detached<T: Send>(
+        &self,
+        py: Python<'_>,
+        work: impl FnOnce() -> T + Send,
+    ) -> PyResult<T> {
         let done = py.detach(|| std::panic::catch_unwind(std::panic::AssertUnwindSafe(work)));
-        done.map_err(|payload| errors::of_panic(payload.as_ref()))
+        done.map_err(|payload| errors::panic_error(payload.as_ref()))
     }
 
-    /// Result of a function of the balance, as [`Self::apart`] gives it.
-    fn of_balance<T: Send>(
+    /// Result of a function of the balance, as [`Self::run_detached`] gives it.
+    fn evaluate_balance<T: Send>(
         &self,
         py: Python<'_>,
         function: impl FnOnce(&Balance) -> T + Send,
     ) -> PyResult<T> {
-        self.apart(py, || function(&self.balance))
+        self.run_detached(py, || function(&self.balance))
     }
 
     fn jacobian_at(&self, u: &[f64]) -> Arc<Jacobian> {
@@ -115,7 +119,7 @@ impl PyBalance {
     /// Load F, N, (unknowns,): the steady load and the excitations, condensed on the pairs.
     #[getter]
     fn force_n<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        Ok(vector(py, self.of_balance(py, |b| b.force.clone())?))
+        Ok(vector(py, self.evaluate_balance(py, |b| b.force.clone())?))
     }
 
     /// The static state as U, m, (unknowns,): a motion to begin with.
@@ -135,7 +139,7 @@ impl PyBalance {
         let u = self.vector_of("u", u)?;
         Ok(vector(
             py,
-            self.of_balance(py, |b| b.evaluate(&u).residual)?,
+            self.evaluate_balance(py, |b| b.evaluate(&u).residual)?,
         ))
     }
 
@@ -146,7 +150,10 @@ impl PyBalance {
         u: &Bound<'py, PyAny>,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let u = self.vector_of("u", u)?;
-        Ok(vector(py, self.of_balance(py, |b| b.evaluate(&u).lambda)?))
+        Ok(vector(
+            py,
+            self.evaluate_balance(py, |b| b.evaluate(&u).lambda)?,
+        ))
     }
 
     /// Product Lambda v of the dynamic stiffness, N, (unknowns,).
@@ -156,7 +163,7 @@ impl PyBalance {
         v: &Bound<'py, PyAny>,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let v = self.vector_of("v", v)?;
-        let product = self.of_balance(py, |b| {
+        let product = self.evaluate_balance(py, |b| {
             let mut out = vec![0.0; v.len()];
             b.apply_stiffness(&v, &mut out);
             out
@@ -172,7 +179,7 @@ impl PyBalance {
         v: &Bound<'py, PyAny>,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let (u, v) = (self.vector_of("u", u)?, self.vector_of("v", v)?);
-        let product = self.apart(py, || self.product(&self.jacobian_at(&u), &v))?;
+        let product = self.run_detached(py, || self.product(&self.jacobian_at(&u), &v))?;
         Ok(vector(py, product))
     }
 
@@ -190,7 +197,7 @@ impl PyBalance {
                  such as scipy.sparse.linalg.gmres"
             )));
         }
-        let values = self.apart(py, || {
+        let values = self.run_detached(py, || {
             let jacobian = self.jacobian_at(&u);
             let mut values = vec![0.0; size * size];
             let mut unit = vec![0.0; size];
@@ -210,15 +217,15 @@ impl PyBalance {
     /// the balance: `Motion.residual` has |f| / |F|.
     fn motion(&self, py: Python<'_>, u: &Bound<'_, PyAny>) -> PyResult<PyMotion> {
         let u = self.vector_of("u", u)?;
-        let found = self.of_balance(py, |b| {
+        let outcome = self.evaluate_balance(py, |b| {
             let evaluation = b.evaluate(&u);
             let size = |v: &[f64]| v.iter().map(|v| v * v).sum::<f64>().sqrt();
             let residual = size(&evaluation.residual) / size(&b.force).max(f64::MIN_POSITIVE);
-            let mut found = orbit(b, &u, &evaluation, self.frequency_hz, Outcome::Converged);
-            found.residual = residual;
-            found
+            let mut motion = orbit(b, &u, &evaluation, self.frequency_hz, Outcome::Converged);
+            motion.residual = residual;
+            motion
         })?;
-        Ok(PyMotion::alone(found, &self.subject))
+        Ok(PyMotion::isolated(outcome, &self.subject))
     }
 }
 

@@ -11,7 +11,7 @@ use dovetail::scene::SceneError;
 use dovetail_solver::run;
 
 /// Exception of a class of `dovetail._errors`, made of its arguments.
-fn of_class<'py, A>(py: Python<'py>, class: &str, arguments: A) -> PyErr
+fn class_error<'py, A>(py: Python<'py>, class: &str, arguments: A) -> PyErr
 where
     A: pyo3::call::PyCallArgs<'py>,
 {
@@ -26,7 +26,7 @@ where
 }
 
 /// Message of an error with those of its causes.
-fn with_causes(error: &dyn Error) -> String {
+fn message_with_causes(error: &dyn Error) -> String {
     let mut text = error.to_string();
     let mut cause = error.source();
     while let Some(inner) = cause {
@@ -40,7 +40,7 @@ fn with_causes(error: &dyn Error) -> String {
 }
 
 /// `dovetail.SceneError` with each problem: its key, what is wrong, and the remedy.
-pub fn of_scene(py: Python<'_>, error: &SceneError) -> PyErr {
+pub fn scene_error(py: Python<'_>, error: &SceneError) -> PyErr {
     let remedy = error.help().map(|help| help.to_string());
     let problems = match error {
         SceneError::Read { .. } => Vec::new(),
@@ -49,27 +49,31 @@ pub fn of_scene(py: Python<'_>, error: &SceneError) -> PyErr {
             .map(|p| (p.fault.key(), p.fault.to_string(), p.fault.remedy()))
             .collect(),
     };
-    of_class(py, "SceneError", (with_causes(error), remedy, problems))
+    class_error(
+        py,
+        "SceneError",
+        (message_with_causes(error), remedy, problems),
+    )
 }
 
 /// `dovetail.RunError` with its remedy.
-pub fn of_run(py: Python<'_>, error: &RunError) -> PyErr {
+pub fn run_error(py: Python<'_>, error: &RunError) -> PyErr {
     let remedy = error.help().map(|help| help.to_string());
-    of_class(py, "RunError", (with_causes(error), remedy))
+    class_error(py, "RunError", (message_with_causes(error), remedy))
 }
 
 /// `dovetail.RunError` of an error of the library.
-pub fn of_library(py: Python<'_>, error: impl Into<run::Error>) -> PyErr {
-    of_run(py, &RunError::from(error.into()))
+pub fn library_error(py: Python<'_>, error: impl Into<run::Error>) -> PyErr {
+    run_error(py, &RunError::from(error.into()))
 }
 
 /// `dovetail.RunError` of words alone.
-pub fn of_words(py: Python<'_>, message: &str, remedy: &str) -> PyErr {
-    of_class(py, "RunError", (message, Some(remedy)))
+pub fn remedy_error(py: Python<'_>, message: &str, remedy: &str) -> PyErr {
+    class_error(py, "RunError", (message, Some(remedy)))
 }
 
 /// Exception of a thread that panicked, which no input should cause.
-pub fn of_panic(payload: &(dyn std::any::Any + Send)) -> PyErr {
+pub fn panic_error(payload: &(dyn std::any::Any + Send)) -> PyErr {
     let words = (payload.downcast_ref::<&str>().map(|s| (*s).to_owned()))
         .or_else(|| payload.downcast_ref::<String>().cloned())
         .unwrap_or_default();

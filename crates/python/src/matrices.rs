@@ -11,12 +11,14 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::arrays::{Given, complexes, has_shape, reals};
-use crate::errors::{of_library, value};
+use crate::errors::{library_error, value};
 use dovetail_solver::contact::PairLaw;
 use dovetail_solver::contact::penalty::PairStiffness;
-use dovetail_solver::model::{Asymmetry, asymmetry, empty_rows, negative_eigenvalues, too_far_off};
+use dovetail_solver::model::{
+    Asymmetry, asymmetry, empty_rows, find_indefinite_entry, negative_eigenvalues,
+};
 use dovetail_solver::problem::{HarmonicLoad, Problem};
-use dovetail_solver::reduced::{Load, Quantity};
+use dovetail_solver::reduced::{Load, ObservedQuantity};
 use dovetail_solver::reduction::{StuckModes, reduce};
 use dovetail_solver::structure::{BodyMatrices, InterfaceNode, Joint, ObservedWork, Structure};
 
@@ -177,15 +179,15 @@ fn frame_of(given: &Bound<'_, PyAny>) -> PyResult<[[f64; 3]; 3]> {
 }
 
 /// Entries of a sparse or dense matrix, by row and column.
-struct Entries {
+struct GivenEntries {
     size: usize,
     entries: Vec<(usize, usize, f64)>,
 }
 
-impl Entries {
-    fn of(name: &str, given: &Bound<'_, PyAny>) -> PyResult<Self> {
+impl GivenEntries {
+    fn read(name: &str, given: &Bound<'_, PyAny>) -> PyResult<Self> {
         if given.hasattr("tocoo")? {
-            return Self::of_sparse(name, given);
+            return Self::read_sparse(name, given);
         }
         let Given { shape, values } = reals(name, given)?;
         let size = square(name, &shape)?;
@@ -196,21 +198,21 @@ impl Entries {
         })
     }
 
-    fn of_sparse(name: &str, given: &Bound<'_, PyAny>) -> PyResult<Self> {
+    fn read_sparse(name: &str, given: &Bound<'_, PyAny>) -> PyResult<Self> {
         let coo = given.call_method0("tocoo")?;
         let shape: Vec<usize> = coo.getattr("shape")?.extract()?;
         let size = square(name, &shape)?;
         let data = reals(name, &coo.getattr("data")?)?.values;
         let places = |what: &str| -> PyResult<Vec<usize>> {
-            let found = reals(name, &coo.getattr(what)?)?.values;
-            has_shape(&format!("{name}.{what}"), &[found.len()], &[data.len()])?;
+            let indices = reals(name, &coo.getattr(what)?)?.values;
+            has_shape(&format!("{name}.{what}"), &[indices.len()], &[data.len()])?;
             let outside = |v: &&f64| !(0.0..size as f64).contains(*v) || v.fract() != 0.0;
-            match found.iter().find(outside) {
+            match indices.iter().find(outside) {
                 Some(v) => Err(value(format!(
                     "{name} has an entry with {what} {v}, and its {what}s are 0 to {}",
                     size - 1
                 ))),
-                None => Ok(found.iter().map(|v| *v as usize).collect()),
+                None => Ok(indices.iter().map(|v| *v as usize).collect()),
             }
         };
         let (rows, columns) = (places("row")?, places("col")?);
@@ -246,7 +248,7 @@ impl Entries {
                 "{name} is indefinite: entry {row} of its diagonal is {v:e}"
             )));
         }
-        match too_far_off(&matrix) {
+        match find_indefinite_entry(&matrix) {
             None => Ok(matrix),
             Some(found) => Err(value(format!(
                 "{name} is indefinite: entry ({}, {}) is {:e}, and the diagonal in its row and column allows no more than {:e}",
@@ -262,15 +264,15 @@ impl Entries {
 /// Checks that a matrix is square and symmetric. A mass is also not indefinite; the stiffness of a
 /// rotating body may be.
 pub fn symmetric(name: &str, given: &Bound<'_, PyAny>, is_mass: bool) -> PyResult<()> {
-    let matrix = Entries::of(name, given)?.checked(name)?;
+    let matrix = GivenEntries::read(name, given)?.checked(name)?;
     if is_mass {
-        not_indefinite(name, &matrix)
+        check_not_indefinite(name, &matrix)
     } else {
         Ok(())
     }
 }
 
-fn not_indefinite(name: &str, matrix: &CscMatrix<f64>) -> PyResult<()> {
+fn check_not_indefinite(name: &str, matrix: &CscMatrix<f64>) -> PyResult<()> {
     match negative_eigenvalues(matrix) {
         0 => Ok(()),
         count => Err(value(format!(
@@ -294,7 +296,7 @@ fn square(name: &str, shape: &[usize]) -> PyResult<usize> {
 }
 
 /// Vector on the degrees of freedom: the number of one, for 1 there, or a value for each.
-pub fn on_dofs(name: &str, given: &Bound<'_, PyAny>, size: usize) -> PyResult<Vec<f64>> {
+pub fn dof_vector(name: &str, given: &Bound<'_, PyAny>, size: usize) -> PyResult<Vec<f64>> {
     if let Ok(dof) = given.extract() {
         let dof = dof_of(name, dof, size)?;
         let mut vector = vec![0.0; size];
@@ -327,7 +329,7 @@ pub fn harmonics_of(
     let Ok(dict) = given.cast::<PyDict>() else {
         return Ok(vec![(1, of("excitation", given)?)]);
     };
-    let mut all = Vec::new();
+    let mut harmonics = Vec::new();
     for (harmonic, amplitude) in dict {
         let harmonic: usize = harmonic.extract().map_err(|_| {
             PyTypeError::new_err("the keys of excitation are numbers of harmonics, from 1")
@@ -337,13 +339,13 @@ pub fn harmonics_of(
                 "harmonic 0 of the excitation is the steady load: give it as static_load",
             ));
         }
-        all.push((
+        harmonics.push((
             harmonic,
             of(&format!("excitation[{harmonic}]"), &amplitude)?,
         ));
     }
-    all.sort_by_key(|(harmonic, _)| *harmonic);
-    Ok(all)
+    harmonics.sort_by_key(|(harmonic, _)| *harmonic);
+    Ok(harmonics)
 }
 
 /// Matrices in the order of the library: interior degrees of freedom first, then the nodes of the
@@ -431,7 +433,7 @@ impl Ordered {
     /// of the diagonal.
     fn matrix(
         &self,
-        entries: &Entries,
+        entries: &GivenEntries,
         is_held: &[bool],
         held: f64,
         more: &[(usize, f64)],
@@ -481,8 +483,8 @@ pub fn problem_of(
     loads: impl FnOnce(usize) -> PyResult<Loads>,
     wanted: StuckModes,
 ) -> PyResult<Problem> {
-    let k = Entries::of("stiffness", stiffness)?;
-    let m = Entries::of("mass", mass)?;
+    let k = GivenEntries::read("stiffness", stiffness)?;
+    let m = GivenEntries::read("mass", mass)?;
     if k.size != m.size {
         return Err(value(format!(
             "stiffness has {} rows and mass {}: they belong to the same degrees of freedom",
@@ -490,7 +492,7 @@ pub fn problem_of(
         )));
     }
     let (of_k, of_m) = (k.checked("stiffness")?, m.checked("mass")?);
-    not_indefinite("mass", &of_m)?;
+    check_not_indefinite("mass", &of_m)?;
     let negative = negative_eigenvalues(&of_k);
     if negative > 0 {
         warn(
@@ -508,7 +510,7 @@ pub fn problem_of(
     let mut is_still = empty_rows(&of_k, &of_m);
     drop((of_k, of_m));
     let empty = is_still.iter().filter(|is_empty| **is_empty).count();
-    if let Some((what, dof)) = loads.on_some_of(&is_still) {
+    if let Some((what, dof)) = loads.find_on_rows(&is_still) {
         return Err(value(format!(
             "{what} is on degree of freedom {dof}, which has neither stiffness nor mass: it does not move"
         )));
@@ -523,7 +525,7 @@ pub fn problem_of(
     let ordered = Ordered::new(pairs, &is_still)?;
     let structure = structure_of(&ordered, (&k, &m), pairs, fixed, &loads);
     let reduction = crate::balance::quietly(py, || reduce(structure, wanted))?;
-    let mut reduced = reduction.map_err(|error| of_library(py, error))?.model;
+    let mut reduced = reduction.map_err(|error| library_error(py, error))?.model;
     give_stiffness(&mut reduced.stiffness, pairs);
     // One unit load for each part of an excitation that is not zero.
     let mut units = std::mem::take(&mut reduced.unit_loads).into_iter();
@@ -576,14 +578,14 @@ pub struct Loads {
 
 impl Loads {
     /// First load or observation that acts on one of some rows, and the row.
-    fn on_some_of(&self, rows: &[bool]) -> Option<(String, usize)> {
+    fn find_on_rows(&self, rows: &[bool]) -> Option<(String, usize)> {
         let on = |vector: &mut dyn Iterator<Item = bool>| {
             let mut both = vector.zip(rows);
             both.position(|(acts, is_one)| acts && *is_one)
         };
         let on_values = |vector: &[f64]| on(&mut vector.iter().map(|v| *v != 0.0));
         let of_load = self.static_load.as_deref().and_then(on_values);
-        let found = of_load.map(|dof| ("static_load".to_owned(), dof));
+        let found_load = of_load.map(|dof| ("static_load".to_owned(), dof));
         let excited = self.excitation.iter().find_map(|(_, amplitude)| {
             let dof = on(&mut amplitude.iter().map(|v| v.norm_sqr() > 0.0))?;
             Some(("excitation".to_owned(), dof))
@@ -594,7 +596,7 @@ impl Loads {
                 Some((format!("observe[\"{name}\"]"), on_values(weights)?))
             })
         };
-        found.or(excited).or_else(observed)
+        found_load.or(excited).or_else(observed)
     }
 
     /// Parts of each harmonic that are not zero: cosine and sine.
@@ -610,7 +612,7 @@ impl Loads {
 
 fn structure_of(
     ordered: &Ordered,
-    (k, m): (&Entries, &Entries),
+    (k, m): (&GivenEntries, &GivenEntries),
     pairs: &[PyPair],
     fixed: &[usize],
     loads: &Loads,
@@ -634,13 +636,13 @@ fn structure_of(
     let mut lacking = Vec::new();
     for (node, (dofs, is_slave)) in ordered.nodes.iter().enumerate() {
         let first = 3 * (ordered.interior_nodes + node);
-        let own = (0..3)
+        let largest = (0..3)
             .map(|axis| diagonal[first + axis])
             .fold(0.0, f64::max);
         for (axis, dof) in dofs.iter().enumerate() {
             if dof.is_none() && *is_slave {
                 is_held[first + axis] = false;
-                lacking.push((first + axis, if own > 0.0 { own } else { 1.0 }));
+                lacking.push((first + axis, if largest > 0.0 { largest } else { 1.0 }));
             }
         }
     }
@@ -712,7 +714,7 @@ fn structure_of(
             .iter()
             .map(|(name, vector)| ObservedWork {
                 name: name.clone(),
-                quantity: Quantity::Displacement,
+                quantity: ObservedQuantity::Displacement,
                 load: on_body(vector),
             })
             .collect(),

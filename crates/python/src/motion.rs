@@ -8,14 +8,14 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::arrays::{amplitudes, block, table, vector};
-use crate::subject::{Subject, no_recovery};
+use crate::subject::{ResultSubject, missing_recovery_error};
 use dovetail_solver::dlft::{Orbit, PairCycle, Response};
 use dovetail_solver::results::quantities::loss_factor;
 use dovetail_solver::results::recovery::NodalField;
 use dovetail_solver::results::signals::pair_signals;
 
 /// Response or motion that stands by itself.
-enum Source {
+enum MotionSource {
     Of(Arc<Response>, usize),
     Alone(Box<Orbit>),
 }
@@ -27,36 +27,40 @@ enum Source {
 /// normal, along which a pair opens), t1 and t2.
 #[pyclass(frozen, name = "Motion", module = "dovetail")]
 pub struct PyMotion {
-    source: Source,
-    subject: Arc<Subject>,
+    source: MotionSource,
+    subject: Arc<ResultSubject>,
 }
 
 impl PyMotion {
     /// Motion of a response.
-    pub fn of(response: &Arc<Response>, index: usize, subject: &Arc<Subject>) -> Self {
+    pub fn from_response(
+        response: &Arc<Response>,
+        index: usize,
+        subject: &Arc<ResultSubject>,
+    ) -> Self {
         Self {
-            source: Source::Of(Arc::clone(response), index),
+            source: MotionSource::Of(Arc::clone(response), index),
             subject: Arc::clone(subject),
         }
     }
 
     /// Motion by itself.
-    pub fn alone(orbit: Orbit, subject: &Arc<Subject>) -> Self {
+    pub fn isolated(orbit: Orbit, subject: &Arc<ResultSubject>) -> Self {
         Self {
-            source: Source::Alone(Box::new(orbit)),
+            source: MotionSource::Alone(Box::new(orbit)),
             subject: Arc::clone(subject),
         }
     }
 
     fn orbit(&self) -> &Orbit {
         match &self.source {
-            Source::Of(response, index) => &response.orbits[*index],
-            Source::Alone(orbit) => orbit,
+            MotionSource::Of(response, index) => &response.orbits[*index],
+            MotionSource::Alone(orbit) => orbit,
         }
     }
 
     /// Complex amplitudes of pairs, (H+1, pairs, 3); no harmonics without pairs.
-    fn of_pairs<'py>(
+    fn pair_amplitudes<'py>(
         &self,
         py: Python<'py>,
         coefficients: &[f64],
@@ -67,7 +71,7 @@ impl PyMotion {
         block(py, [harmonics + 1, pairs, 3], values)
     }
 
-    fn of_cycles<'py>(
+    fn cycle_array<'py>(
         &self,
         py: Python<'py>,
         of: impl Fn(&PairCycle) -> f64,
@@ -75,7 +79,7 @@ impl PyMotion {
         vector(py, self.orbit().cycles.iter().map(of).collect())
     }
 
-    fn per_area<'py>(
+    fn area_array<'py>(
         &self,
         py: Python<'py>,
         of: impl Fn(&PairCycle) -> f64,
@@ -133,13 +137,13 @@ impl PyMotion {
         &self,
         py: Python<'py>,
     ) -> PyResult<Bound<'py, PyArray3<Complex64>>> {
-        self.of_pairs(py, &self.orbit().x)
+        self.pair_amplitudes(py, &self.orbit().x)
     }
 
     /// Contact forces, N, complex, (H+1, pairs, 3); below zero along n is compression.
     #[getter]
     fn contact_force_n<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray3<Complex64>>> {
-        self.of_pairs(py, &self.orbit().lambda)
+        self.pair_amplitudes(py, &self.orbit().lambda)
     }
 
     /// Amplitudes of the stuck modes, complex, (H+1, modes), of modal mass 1.
@@ -193,49 +197,49 @@ impl PyMotion {
     /// Distance that each pair slides in a period, m, (pairs,).
     #[getter]
     fn slid_m<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        self.of_cycles(py, |cycle| cycle.slid_m)
+        self.cycle_array(py, |cycle| cycle.slid_m)
     }
 
     /// Fraction of the period that each pair is open, (pairs,).
     #[getter]
     fn open_fraction<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        self.of_cycles(py, |cycle| cycle.open_fraction)
+        self.cycle_array(py, |cycle| cycle.open_fraction)
     }
 
     /// Mean compression of each pair, N, (pairs,).
     #[getter]
     fn compression_mean_n<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        self.of_cycles(py, |cycle| cycle.compression_mean_n)
+        self.cycle_array(py, |cycle| cycle.compression_mean_n)
     }
 
     /// Smallest compression of each pair in the period, N, (pairs,).
     #[getter]
     fn compression_min_n<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        self.of_cycles(py, |cycle| cycle.compression_min_n)
+        self.cycle_array(py, |cycle| cycle.compression_min_n)
     }
 
     /// Largest compression of each pair in the period, N, (pairs,).
     #[getter]
     fn compression_max_n<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        self.of_cycles(py, |cycle| cycle.compression_max_n)
+        self.cycle_array(py, |cycle| cycle.compression_max_n)
     }
 
     /// Mean pressure on each pair, Pa, (pairs,); NaN where areas are not known.
     #[getter]
     fn pressure_mean_pa<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        self.per_area(py, |cycle| cycle.compression_mean_n)
+        self.area_array(py, |cycle| cycle.compression_mean_n)
     }
 
     /// Largest pressure on each pair in the period, Pa, (pairs,); NaN where areas are not known.
     #[getter]
     fn pressure_max_pa<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        self.per_area(py, |cycle| cycle.compression_max_n)
+        self.area_array(py, |cycle| cycle.compression_max_n)
     }
 
     /// Power that friction takes from each pair, mean over a period, W, (pairs,).
     #[getter]
     fn pair_friction_power_w<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        self.of_cycles(py, |cycle| cycle.friction_power_w)
+        self.cycle_array(py, |cycle| cycle.friction_power_w)
     }
 
     /// Energy that friction takes in a period, over the area of each pair, J/m2, (pairs,); NaN where
@@ -243,7 +247,7 @@ impl PyMotion {
     #[getter]
     fn friction_energy_j_m2<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         let frequency_hz = self.orbit().frequency_hz;
-        self.per_area(py, |cycle| cycle.friction_power_w / frequency_hz)
+        self.area_array(py, |cycle| cycle.friction_power_w / frequency_hz)
     }
 
     /// Power of friction, mean over a period, W.
@@ -343,7 +347,9 @@ impl PyMotion {
     fn displacements_m<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let bodies = self.subject.bodies(py)?;
         let orbit = self.orbit();
-        let motion = bodies.motion_m(orbit).ok_or_else(|| no_recovery(py))?;
+        let motion = bodies
+            .motion_m(orbit)
+            .ok_or_else(|| missing_recovery_error(py))?;
         let dict = PyDict::new(py);
         for (body, fields) in bodies.model().bodies.iter().zip(&motion) {
             let nodes = fields.first().map_or(0, Vec::len);

@@ -5,21 +5,21 @@ use std::sync::Arc;
 use numpy::{PyArray1, PyArray2, PyArray3};
 use pyo3::prelude::*;
 
-use crate::arrays::{block, in_space, vector};
-use crate::subject::Subject;
+use crate::arrays::{block, vector, vector_array};
+use crate::subject::ResultSubject;
 use dovetail_solver::results::pairs::PairRow;
 
 /// Contact pairs, in the order of all arrays over pairs. Each is a node of one flank and what it
 /// faces on the other.
 #[pyclass(frozen, name = "Pairs", module = "dovetail")]
-pub struct PyPairs(pub Arc<Subject>);
+pub struct PyPairs(pub Arc<ResultSubject>);
 
 impl PyPairs {
     fn rows(&self) -> &[PairRow] {
         self.0.pairs.as_ref().map_or(&[], |table| &table.rows)
     }
 
-    fn of_laws<'py>(
+    fn law_array<'py>(
         &self,
         py: Python<'py>,
         of: impl Fn(&dovetail_solver::contact::PairLaw) -> f64,
@@ -56,7 +56,7 @@ impl PyPairs {
     #[getter]
     fn position_m<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let positions: Vec<[f64; 3]> = self.rows().iter().map(|row| row.position_m).collect();
-        in_space(py, &positions)
+        vector_array(py, &positions)
     }
 
     /// Directions in space, (pairs, 3, 3): of each pair the rows n, t1, t2; NaN where they are not
@@ -77,19 +77,19 @@ impl PyPairs {
     /// Coefficients of friction, (pairs,).
     #[getter]
     fn friction<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        self.of_laws(py, |law| law.friction)
+        self.law_array(py, |law| law.friction)
     }
 
     /// Initial clearances, m, (pairs,); below zero for an interference.
     #[getter]
     fn gap_m<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        self.of_laws(py, |law| law.gap_m)
+        self.law_array(py, |law| law.gap_m)
     }
 
     /// Stiffness against penetration, N/m, (pairs,); infinite for rigid contact.
     #[getter]
     fn normal_stiffness_n_m<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        self.of_laws(py, |law| {
+        self.law_array(py, |law| {
             law.stiffness.map_or(f64::INFINITY, |s| s.normal_n_m)
         })
     }
@@ -97,7 +97,7 @@ impl PyPairs {
     /// Stiffness against shear, N/m, (pairs,); infinite for rigid contact.
     #[getter]
     fn tangential_stiffness_n_m<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        self.of_laws(py, |law| {
+        self.law_array(py, |law| {
             law.stiffness.map_or(f64::INFINITY, |s| s.tangential_n_m)
         })
     }

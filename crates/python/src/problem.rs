@@ -14,13 +14,13 @@ use strum::VariantNames;
 
 use crate::arrays::{Given, complexes, has_shape, real_vector, reals, table, vector};
 use crate::balance::{PyBalance, quietly};
-use crate::errors::{self, of_library, of_run, value};
-use crate::matrices::{self, PyPair, harmonics_of, law_of, on_dofs};
+use crate::errors::{self, library_error, run_error, value};
+use crate::matrices::{self, PyPair, dof_vector, harmonics_of, law_of};
 use crate::pairs::PyPairs;
 use crate::response::PyResponse;
 use crate::running::watched;
 use crate::statics::PyStaticState;
-use crate::subject::Subject;
+use crate::subject::ResultSubject;
 use dovetail_solver::contact::PairLaw;
 use dovetail_solver::damping::{DampingSpec, Rayleigh, rayleigh};
 use dovetail_solver::dlft::branch::follow;
@@ -56,7 +56,7 @@ use dovetail_solver::superelement::{NamedContact, Superelement};
 /// C = a K + b M. Without it there is none.
 #[pyclass(frozen, name = "Problem", module = "dovetail")]
 pub struct PyProblem {
-    subject: Arc<Subject>,
+    subject: Arc<ResultSubject>,
     damping: DampingSpec,
     path: LoadPath,
     state: OnceLock<Arc<StaticState>>,
@@ -70,7 +70,7 @@ const UNDAMPED: DampingSpec = DampingSpec::Rayleigh {
 impl PyProblem {
     fn new(problem: Problem, pairs: Option<PairTable>, damping: DampingSpec) -> Self {
         Self {
-            subject: Subject::new(problem, pairs, None),
+            subject: ResultSubject::new(problem, pairs, None),
             damping,
             path: LoadPath::default(),
             state: OnceLock::new(),
@@ -78,8 +78,8 @@ impl PyProblem {
     }
 
     /// Problem of a run, with its static state.
-    pub fn of_run(
-        subject: &Arc<Subject>,
+    pub fn from_run(
+        subject: &Arc<ResultSubject>,
         state: &Arc<StaticState>,
         damping: Option<Rayleigh>,
         path: LoadPath,
@@ -105,14 +105,14 @@ impl PyProblem {
         if let Some(state) = self.state.get() {
             return Ok(Arc::clone(state));
         }
-        let found = quietly(py, || {
-            let mut found = static_state(self.problem(), self.path.clone(), CRITERIA);
+        let state = quietly(py, || {
+            let mut solved = static_state(self.problem(), self.path.clone(), CRITERIA);
             if let Some(pairs) = &self.subject.pairs {
-                ShorterSides::of(pairs).judge_static(&mut found);
+                ShorterSides::new(pairs).judge_static(&mut solved);
             }
-            found
+            solved
         })?;
-        Ok(Arc::clone(self.state.get_or_init(|| Arc::new(found))))
+        Ok(Arc::clone(self.state.get_or_init(|| Arc::new(state))))
     }
 
     /// Static state that a vibration can be about.
@@ -124,7 +124,7 @@ impl PyProblem {
         if state.outcome.is_converged() {
             return Ok(state);
         }
-        Err(errors::of_words(
+        Err(errors::remedy_error(
             py,
             &format!(
                 "the static state under the steady load was not found: {}",
@@ -144,7 +144,7 @@ impl PyProblem {
         let linear = state
             .linear
             .modes_of_first_harmonic(&self.problem().reduced);
-        rayleigh(&spec, &linear).map_err(|error| of_library(py, error))
+        rayleigh(&spec, &linear).map_err(|error| library_error(py, error))
     }
 
     /// Problem with other laws or loads, and the same static state where that stays.
@@ -152,7 +152,7 @@ impl PyProblem {
         let same = problem.is_at_rest_like(self.problem());
         let state = self.state.get().filter(|_| same).cloned();
         Self {
-            subject: Subject::new(problem, self.subject.pairs.clone(), None),
+            subject: ResultSubject::new(problem, self.subject.pairs.clone(), None),
             damping: self.damping,
             path: self.path.clone(),
             state: state.map_or_else(OnceLock::new, OnceLock::from),
@@ -260,7 +260,7 @@ fn resolution_of(
 }
 
 /// Number of each pair, or one for all.
-fn of_each(name: &str, given: &Bound<'_, PyAny>, pairs: usize) -> PyResult<Vec<f64>> {
+fn pair_values(name: &str, given: &Bound<'_, PyAny>, pairs: usize) -> PyResult<Vec<f64>> {
     let Given { shape, values } = reals(name, given)?;
     if shape.is_empty() {
         return Ok(vec![values[0]; pairs]);
@@ -307,7 +307,7 @@ fn observed_of(given: &Bound<'_, PyDict>, size: usize) -> PyResult<Vec<(String, 
         let name: String = name.extract().map_err(|_| {
             PyTypeError::new_err("the keys of observe are names of observed displacements")
         })?;
-        let weights = on_dofs(&format!("observe[\"{name}\"]"), &weights, size)?;
+        let weights = dof_vector(&format!("observe[\"{name}\"]"), &weights, size)?;
         observed.push((name, weights));
     }
     Ok(observed)
@@ -457,9 +457,9 @@ impl PyProblem {
             observations.push(ObservedPoint::new(name, on_x, on_modes));
         }
         let pairs = n / 3;
-        let friction = of_each("friction", friction, pairs)?;
+        let friction = pair_values("friction", friction, pairs)?;
         let gaps_m = match gap_m {
-            Some(given) => of_each("gap_m", &given, pairs)?,
+            Some(given) => pair_values("gap_m", &given, pairs)?,
             None => vec![0.0; pairs],
         };
         let laws = friction.into_iter().zip(gaps_m).map(|(friction, gap_m)| {
@@ -518,9 +518,9 @@ impl PyProblem {
             return Err(value(format!("force_n is {force_n}; it must be finite")));
         }
         let read =
-            dovetail_superelement::read(&folder).map_err(|error| of_run(py, &error.into()))?;
-        let pairs = PairTable::of_superelement(&read, law);
-        let problem = Problem::of_excitations(read.model, law, &read.excitations, force_n);
+            dovetail_superelement::read(&folder).map_err(|error| run_error(py, &error.into()))?;
+        let pairs = PairTable::from_superelement(&read, law);
+        let problem = Problem::excited(read.model, law, &read.excitations, force_n);
         Ok(Self::new(problem, Some(pairs), damping))
     }
 
@@ -576,7 +576,8 @@ impl PyProblem {
             areas_m2: known.and_then(|known| known.rows.iter().map(|row| row.area_m2).collect()),
         };
         std::fs::create_dir_all(&folder)?;
-        dovetail_superelement::write(&folder, &element).map_err(|error| of_run(py, &error.into()))
+        dovetail_superelement::write(&folder, &element)
+            .map_err(|error| run_error(py, &error.into()))
     }
 
     fn __repr__(&self) -> String {
@@ -660,7 +661,7 @@ impl PyProblem {
         let laws = &self.problem().laws;
         let given = |name: &str, given: Option<Bound<'_, PyAny>>| {
             given
-                .map(|given| of_each(name, &given, laws.len()))
+                .map(|given| pair_values(name, &given, laws.len()))
                 .transpose()
         };
         let friction = given("friction", friction)?;
@@ -779,14 +780,14 @@ impl PyProblem {
         let state = self.usable_state(py)?;
         let damping = self.rayleigh(py, damping, &state)?;
         let most = resolution.most_harmonics();
-        run::off_undamped_modes(
+        run::check_undamped_modes(
             self.problem(),
             &state,
             damping,
             &settings.frequencies_hz,
             most,
         )
-        .map_err(|error| of_library(py, error))?;
+        .map_err(|error| library_error(py, error))?;
         self.fits(py, &settings, most)?;
         let progress = progress.unwrap_or_else(|| PyBool::new(py, true).to_owned().into_any());
         let (response, _) = watched(py, Some(&progress), |wire| {
@@ -830,8 +831,8 @@ impl PyProblem {
         let state = self.usable_state(py)?;
         let damping = self.rayleigh(py, damping, &state)?;
         let problem = self.problem();
-        run::off_undamped_modes(problem, &state, damping, &[frequency_hz], harmonics)
-            .map_err(|error| of_library(py, error))?;
+        run::check_undamped_modes(problem, &state, damping, &[frequency_hz], harmonics)
+            .map_err(|error| library_error(py, error))?;
         let settings =
             SweepSettings::new(vec![frequency_hz], Resolution::fixed(harmonics, samples));
         self.fits(py, &settings, harmonics)?;
@@ -861,8 +862,8 @@ impl PyProblem {
     /// Checks that the frequencies fit in memory.
     fn fits(&self, py: Python<'_>, settings: &SweepSettings, harmonics: usize) -> PyResult<()> {
         let blocks = blocks(harmonics);
-        let asked = memory::ask_for(demand::bytes(self.problem(), settings));
-        asked.map_err(|source| of_library(py, run::Error::TooLittleMemory { blocks, source }))
+        let asked = memory::check_available(demand::bytes(self.problem(), settings));
+        asked.map_err(|source| library_error(py, run::Error::TooLittleMemory { blocks, source }))
     }
 
     fn solve(
@@ -879,13 +880,13 @@ impl PyProblem {
         } else {
             settings.frequencies_hz.len()
         };
-        wire.begins(if follows { "points" } else { "frequencies" }, steps);
+        wire.start_bar(if follows { "points" } else { "frequencies" }, steps);
         let mut response = solve(self.problem(), damping, state, settings, &[], &|told| {
-            wire.told(told);
+            wire.on_progress(told);
         });
         wire.ends();
         if let Some(pairs) = &self.subject.pairs {
-            ShorterSides::of(pairs).judge_response(&mut response);
+            ShorterSides::new(pairs).judge_response(&mut response);
         }
         response
     }

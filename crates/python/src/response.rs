@@ -10,7 +10,7 @@ use pyo3::types::PyDict;
 use crate::arrays::{amplitudes, table, vector};
 use crate::errors;
 use crate::motion::PyMotion;
-use crate::subject::Subject;
+use crate::subject::ResultSubject;
 use dovetail_solver::dlft::branch::stable;
 use dovetail_solver::dlft::{CycleCounts, LinearPoint, Orbit, Response};
 use dovetail_solver::results::quantities::{Peak, linear_peak, loss_factor, peak};
@@ -36,7 +36,7 @@ impl PyPeak {
     }
 }
 
-fn of_peak(peak: Option<Peak>) -> Option<PyPeak> {
+fn peak_object(peak: Option<Peak>) -> Option<PyPeak> {
     peak.map(|peak| PyPeak {
         index: peak.index,
         frequency_hz: peak.frequency_hz,
@@ -49,11 +49,11 @@ fn of_peak(peak: Option<Peak>) -> Option<PyPeak> {
 #[pyclass(frozen, name = "Response", module = "dovetail")]
 pub struct PyResponse {
     response: Arc<Response>,
-    subject: Arc<Subject>,
+    subject: Arc<ResultSubject>,
 }
 
 impl PyResponse {
-    pub fn new(response: Response, subject: &Arc<Subject>) -> Self {
+    pub fn new(response: Response, subject: &Arc<ResultSubject>) -> Self {
         Self {
             response: Arc::new(response),
             subject: Arc::clone(subject),
@@ -65,7 +65,11 @@ impl PyResponse {
     }
 
     /// Figure of each point; NaN where it has no motion.
-    fn each<'py>(&self, py: Python<'py>, of: impl Fn(&Orbit) -> f64) -> Bound<'py, PyArray1<f64>> {
+    fn figure_array<'py>(
+        &self,
+        py: Python<'py>,
+        of: impl Fn(&Orbit) -> f64,
+    ) -> Bound<'py, PyArray1<f64>> {
         let value = |orbit: &Orbit| {
             if orbit.outcome.has_motion() {
                 of(orbit)
@@ -132,7 +136,11 @@ impl PyResponse {
         let place = place.filter(|place| *place < count).ok_or_else(|| {
             PyIndexError::new_err(format!("there is no point {index}: there are {count}"))
         })?;
-        Ok(PyMotion::of(&self.response, place, &self.subject))
+        Ok(PyMotion::from_response(
+            &self.response,
+            place,
+            &self.subject,
+        ))
     }
 
     /// Motion of the point whose frequency is nearest; the one of the largest amplitude of the first
@@ -142,10 +150,14 @@ impl PyResponse {
         let size = |orbit: &Orbit| orbit.observed_amplitude.first().copied().unwrap_or(0.0);
         let moving = self.orbits().iter().enumerate();
         let moving = moving.filter(|(_, orbit)| orbit.outcome.has_motion());
-        let found = moving
+        let nearest = moving
             .min_by(|(_, a), (_, b)| far(a).total_cmp(&far(b)).then(size(b).total_cmp(&size(a))));
-        match found {
-            Some((index, _)) => Ok(PyMotion::of(&self.response, index, &self.subject)),
+        match nearest {
+            Some((index, _)) => Ok(PyMotion::from_response(
+                &self.response,
+                index,
+                &self.subject,
+            )),
             None => Err(errors::value("no point of the response has a motion")),
         }
     }
@@ -260,38 +272,38 @@ impl PyResponse {
     /// Power of friction of all pairs, mean over a period, W, (points,).
     #[getter]
     fn friction_power_w<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        self.each(py, |orbit| orbit.friction_power_w)
+        self.figure_array(py, |orbit| orbit.friction_power_w)
     }
 
     /// Power of the damping, mean over a period, W, (points,).
     #[getter]
     fn viscous_power_w<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        self.each(py, |orbit| orbit.viscous_power_w)
+        self.figure_array(py, |orbit| orbit.viscous_power_w)
     }
 
     /// Power of the excitation, mean over a period, W, (points,).
     #[getter]
     fn input_power_w<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        self.each(py, |orbit| orbit.input_power_w)
+        self.figure_array(py, |orbit| orbit.input_power_w)
     }
 
     /// Kinetic energy of the vibration, mean over a period, J, (points,).
     #[getter]
     fn kinetic_energy_j<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        self.each(py, |orbit| orbit.kinetic_energy_j)
+        self.figure_array(py, |orbit| orbit.kinetic_energy_j)
     }
 
     /// Energy spent in a period over 2 pi times the largest stored one, (points,): twice the damping
     /// ratio of a linear mode at its resonance.
     #[getter]
     fn loss_factor<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        self.each(py, |orbit| loss_factor(orbit).unwrap_or(f64::NAN))
+        self.figure_array(py, |orbit| loss_factor(orbit).unwrap_or(f64::NAN))
     }
 
     /// Force that retains the mean where friction does not hold it, N, (points,).
     #[getter]
     fn retention_n<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        self.each(py, |orbit| orbit.retention_n)
+        self.figure_array(py, |orbit| orbit.retention_n)
     }
 
     /// Relative residual of the balance, (points,).
@@ -360,7 +372,7 @@ impl PyResponse {
         observation: Option<Bound<'_, PyAny>>,
     ) -> PyResult<Option<PyPeak>> {
         let number = self.number(py, observation)?;
-        Ok(of_peak(peak(&self.response, number)))
+        Ok(peak_object(peak(&self.response, number)))
     }
 
     /// Largest amplitude of the linear reference; its index counts in `linear_curve_hz`.
@@ -371,7 +383,7 @@ impl PyResponse {
         observation: Option<Bound<'_, PyAny>>,
     ) -> PyResult<Option<PyPeak>> {
         let number = self.number(py, observation)?;
-        Ok(of_peak(linear_peak(&self.response, number)))
+        Ok(peak_object(linear_peak(&self.response, number)))
     }
 }
 

@@ -8,7 +8,7 @@ use pyo3::exceptions::{PyOSError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict};
 
-use crate::arrays::{in_space, vector};
+use crate::arrays::{vector, vector_array};
 use crate::errors;
 use crate::motion::PyMotion;
 use crate::pairs::PyPairs;
@@ -16,8 +16,8 @@ use crate::problem::PyProblem;
 use crate::response::PyResponse;
 use crate::running::watched;
 use crate::statics::PyStaticState;
-use crate::subject::Subject;
-use dovetail::commands::Work;
+use crate::subject::ResultSubject;
+use dovetail::commands::Workspace;
 use dovetail::error::RunError;
 use dovetail::reporter::Reporter;
 use dovetail::scene::SceneError;
@@ -28,10 +28,10 @@ use dovetail_solver::results::quantities::loss_factor;
 use dovetail_solver::run::{PeakRange, Peaks, Run, load_path};
 
 /// Natural frequency: kind, body, number and frequency in Hz.
-pub type Mode = (&'static str, Option<String>, usize, f64);
+pub type NamedMode = (&'static str, Option<String>, usize, f64);
 
 /// Natural frequency for Python.
-pub fn mode(of: &NaturalFrequency) -> Mode {
+pub fn mode(of: &NaturalFrequency) -> NamedMode {
     (of.kind.id(), of.body.clone(), of.mode, of.frequency_hz)
 }
 
@@ -58,24 +58,27 @@ pub fn work<T: Send>(
     scene: &Scene,
     cache: &Cache,
     progress: Option<&Bound<'_, PyAny>>,
-    command: impl FnOnce(&Work<'_>) -> Result<T, RunError> + Send,
+    command: impl FnOnce(&Workspace<'_>) -> Result<T, RunError> + Send,
 ) -> PyResult<(T, Vec<String>)> {
-    let (done, warnings) = done(py, scene, cache, progress, command)?;
-    Ok((done.map_err(|error| errors::of_run(py, &error))?, warnings))
+    let (done, warnings) = run_command(py, scene, cache, progress, command)?;
+    Ok((
+        done.map_err(|error| errors::run_error(py, &error))?,
+        warnings,
+    ))
 }
 
-fn done<T: Send, E: Send>(
+fn run_command<T: Send, E: Send>(
     py: Python<'_>,
     scene: &Scene,
     cache: &Cache,
     progress: Option<&Bound<'_, PyAny>>,
-    command: impl FnOnce(&Work<'_>) -> Result<T, E> + Send,
+    command: impl FnOnce(&Workspace<'_>) -> Result<T, E> + Send,
 ) -> PyResult<(Result<T, E>, Vec<String>)> {
     // gmsh writes the mesh of a script there.
     let folder = tempfile::tempdir().map_err(|error| PyOSError::new_err(error.to_string()))?;
     let place: &Path = folder.path();
     watched(py, progress, |mut wire| {
-        let work = Work {
+        let work = Workspace {
             scene,
             folder: place.to_path_buf(),
             cache: cache.clone(),
@@ -92,28 +95,28 @@ pub fn run(
     scene: &Scene,
     cache: &Cache,
     progress: Option<&Bound<'_, PyAny>>,
-    command: impl FnOnce(&Work<'_>) -> Result<Run, RunError> + Send,
+    command: impl FnOnce(&Workspace<'_>) -> Result<Run, RunError> + Send,
 ) -> PyResult<PyRun> {
     let (run, warnings) = work(py, scene, cache, progress, command)?;
-    PyRun::of(py, run, scene, warnings)
+    PyRun::build(py, run, scene, warnings)
 }
 
 /// Results of a run.
 #[pyclass(frozen, name = "Run", module = "dovetail")]
 pub struct PyRun {
-    subject: Arc<Subject>,
+    subject: Arc<ResultSubject>,
     statics: Py<PyStaticState>,
     problem: Py<PyProblem>,
     response: Option<Py<PyResponse>>,
     compared: Option<Py<PyResponse>>,
-    modes: Vec<Mode>,
+    modes: Vec<NamedMode>,
     /// Message and remedy of a run without its full result.
     incomplete: Option<(String, Option<String>)>,
     warnings: Vec<String>,
 }
 
 impl PyRun {
-    fn of(py: Python<'_>, run: Run, scene: &Scene, warnings: Vec<String>) -> PyResult<Self> {
+    fn build(py: Python<'_>, run: Run, scene: &Scene, warnings: Vec<String>) -> PyResult<Self> {
         let incomplete = run.verdict().err().map(|error| {
             let error = RunError::from(error);
             let remedy = miette::Diagnostic::help(&error).map(|help| help.to_string());
@@ -126,7 +129,7 @@ impl PyRun {
         let damping = run.reduced.rayleigh(&scene.damping, state).ok();
         let reduced = run.reduced;
         let path = load_path(scene, &reduced.problem.reduced);
-        let subject = Subject::new(reduced.problem, Some(reduced.pairs), reduced.bodies);
+        let subject = ResultSubject::new(reduced.problem, Some(reduced.pairs), reduced.bodies);
         let state = Arc::new(run.statics.state);
         let (response, compared) = match run.response {
             Some(found) => (Some(found.response), found.compared.map(|c| c.response)),
@@ -136,7 +139,7 @@ impl PyRun {
         Ok(Self {
             response: response.map(of).transpose()?,
             compared: compared.map(of).transpose()?,
-            problem: Py::new(py, PyProblem::of_run(&subject, &state, damping, path))?,
+            problem: Py::new(py, PyProblem::from_run(&subject, &state, damping, path))?,
             statics: Py::new(
                 py,
                 PyStaticState {
@@ -205,7 +208,7 @@ impl PyRun {
     /// Natural frequencies: `(kind, body, number, frequency_hz)`, as `Scene.modes` has them, and the
     /// kind `linear`: small vibrations about the static state.
     #[getter]
-    fn modes(&self) -> Vec<Mode> {
+    fn modes(&self) -> Vec<NamedMode> {
         self.modes.clone()
     }
 
@@ -219,7 +222,7 @@ impl PyRun {
     fn verdict(&self, py: Python<'_>) -> PyResult<()> {
         match &self.incomplete {
             None => Ok(()),
-            Some((message, remedy)) => Err(errors::of_words(
+            Some((message, remedy)) => Err(errors::remedy_error(
                 py,
                 message,
                 remedy.as_deref().unwrap_or_default(),
@@ -239,7 +242,7 @@ impl PyRun {
         let bodies = self.subject.bodies(py)?;
         let dict = PyDict::new(py);
         for body in &bodies.model().bodies {
-            dict.set_item(&body.name, in_space(py, &body.nodes_m)?)?;
+            dict.set_item(&body.name, vector_array(py, &body.nodes_m)?)?;
         }
         Ok(dict)
     }
@@ -257,9 +260,10 @@ impl From<RunError> for PeakError {
     }
 }
 
-/// Peaks over a range of values. `scene_at` gives the scene of a value, as in [`Work::peaks_at`].
+/// Peaks over a range of values. `scene_at` gives the scene of a value, as in
+/// [`Workspace::peaks_at`].
 ///
-/// [`Work::peaks_at`]: dovetail::commands::Work::peaks_at
+/// [`Workspace::peaks_at`]: dovetail::commands::Workspace::peaks_at
 pub fn peaks(
     py: Python<'_>,
     scene: &Scene,
@@ -269,13 +273,13 @@ pub fn peaks(
     range: &PeakRange<'_>,
 ) -> PyResult<PyPeaks> {
     let scene_at = |value: f64| scene_at(value).map_err(PeakError::Scene);
-    let (found, _) = done(py, scene, cache, progress, |work| {
+    let (found, _) = run_command(py, scene, cache, progress, |work| {
         work.peaks_at(range, &scene_at)
     })?;
     match found {
-        Ok(found) => Ok(PyPeaks::of(found)),
-        Err(PeakError::Scene(error)) => Err(errors::of_scene(py, &error)),
-        Err(PeakError::Run(error)) => Err(errors::of_run(py, &error)),
+        Ok(found) => Ok(PyPeaks::new(found)),
+        Err(PeakError::Scene(error)) => Err(errors::scene_error(py, &error)),
+        Err(PeakError::Run(error)) => Err(errors::run_error(py, &error)),
     }
 }
 
@@ -285,7 +289,7 @@ pub fn peaks(
 #[pyclass(frozen, name = "Peaks", module = "dovetail")]
 pub struct PyPeaks {
     found: Found,
-    subject: Arc<Subject>,
+    subject: Arc<ResultSubject>,
 }
 
 /// Peaks without the model of the last value, which `subject` has.
@@ -299,11 +303,11 @@ struct Found {
 }
 
 impl PyPeaks {
-    fn of(found: Peaks) -> Self {
+    fn new(found: Peaks) -> Self {
         let reduced = found.reduced;
         let missing = found.missing.into_iter();
         Self {
-            subject: Subject::new(reduced.problem, Some(reduced.pairs), reduced.bodies),
+            subject: ResultSubject::new(reduced.problem, Some(reduced.pairs), reduced.bodies),
             found: Found {
                 rows: found.rows,
                 observation: found.observation,
@@ -315,7 +319,7 @@ impl PyPeaks {
         }
     }
 
-    fn each<'py>(
+    fn figure_array<'py>(
         &self,
         py: Python<'py>,
         of: impl Fn(&dovetail_solver::run::PeakAt) -> f64,
@@ -343,33 +347,33 @@ impl PyPeaks {
     /// Values of the key.
     #[getter]
     fn value<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        self.each(py, |row| row.value)
+        self.figure_array(py, |row| row.value)
     }
 
     /// Peak amplitudes, m.
     #[getter]
     fn amplitude_m<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        self.each(py, |row| row.amplitude_m(self.found.observation))
+        self.figure_array(py, |row| row.amplitude_m(self.found.observation))
     }
 
     /// Frequencies of the peaks, Hz.
     #[getter]
     fn frequency_hz<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        self.each(py, |row| row.orbit.frequency_hz)
+        self.figure_array(py, |row| row.orbit.frequency_hz)
     }
 
     /// Largest amplitudes of the linear reference in the range of frequencies, m; NaN where it does
     /// not move.
     #[getter]
     fn linear_amplitude_m<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        self.each(py, |row| row.linear_m.unwrap_or(f64::NAN))
+        self.figure_array(py, |row| row.linear_m.unwrap_or(f64::NAN))
     }
 
     /// Estimated relative errors of the amplitudes; NaN where they are not known.
     #[getter]
     fn estimated_error<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         let observation = self.found.observation;
-        self.each(py, |row| {
+        self.figure_array(py, |row| {
             row.orbit.amplitude_error(observation).unwrap_or(f64::NAN)
         })
     }
@@ -377,7 +381,7 @@ impl PyPeaks {
     /// Loss factors at the peaks, as `Response.loss_factor` has them.
     #[getter]
     fn loss_factor<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        self.each(py, |row| loss_factor(&row.orbit).unwrap_or(f64::NAN))
+        self.figure_array(py, |row| loss_factor(&row.orbit).unwrap_or(f64::NAN))
     }
 
     /// Motion at the peak of the value number `index`.
@@ -388,7 +392,7 @@ impl PyPeaks {
                 self.found.rows.len()
             ))
         })?;
-        Ok(PyMotion::alone(row.orbit.clone(), &self.subject))
+        Ok(PyMotion::isolated(row.orbit.clone(), &self.subject))
     }
 
     /// Values without a peak, and why.

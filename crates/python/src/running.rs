@@ -15,7 +15,7 @@ use pyo3::types::PyDict;
 
 use crate::errors;
 use dovetail::listener::{Listener, News};
-use dovetail_solver::dlft::{Stop, Told};
+use dovetail_solver::dlft::{Stop, SweepProgress};
 use dovetail_solver::run::Event;
 
 /// Time between two looks for signals.
@@ -48,7 +48,7 @@ enum Message {
 }
 
 impl Message {
-    fn of(news: News<'_>) -> Option<Self> {
+    fn from_news(news: News<'_>) -> Option<Self> {
         Some(match news {
             News::StageBegins(title) => Self::StageBegins(title.to_owned()),
             News::StageEnds(stage) => Self::StageEnds {
@@ -145,8 +145,8 @@ impl Wire {
         self.is_ended.load(Ordering::Relaxed)
     }
 
-    /// Tells of a loop, whose steps [`Wire::told`] counts.
-    pub fn begins(&self, label: &str, steps: usize) {
+    /// Tells of a loop, whose steps [`Wire::on_progress`] counts.
+    pub fn start_bar(&self, label: &str, steps: usize) {
         let label = label.to_owned();
         self.send(Message::LoopBegins { label, steps });
     }
@@ -157,9 +157,9 @@ impl Wire {
     }
 
     /// Tells of the progress of a sweep outside of a run, and stops it where it is to end.
-    pub fn told(&self, told: Told<'_>) {
+    pub fn on_progress(&self, told: SweepProgress<'_>) {
         match told {
-            Told::Solved(solved) => {
+            SweepProgress::Solved(solved) => {
                 self.send(Message::Frequency {
                     frequency_hz: solved.orbit.frequency_hz,
                     amplitude_m: solved.orbit.observed_amplitude.clone(),
@@ -167,12 +167,12 @@ impl Wire {
                 });
                 self.send(Message::LoopAdvances(usize::from(!solved.again)));
             }
-            Told::Next(stop) => self.stops(stop),
-            Told::Tries(_) => {}
+            SweepProgress::Next(stop) => self.set_stop(stop),
+            SweepProgress::Tries(_) => {}
         }
     }
 
-    fn stops(&self, stop: &Stop) {
+    fn set_stop(&self, stop: &Stop) {
         if self.is_ended() {
             stop.stop();
         }
@@ -180,8 +180,8 @@ impl Wire {
 }
 
 impl Listener for Wire {
-    fn hear(&mut self, news: News<'_>) -> ControlFlow<()> {
-        if let Some(message) = Message::of(news) {
+    fn on_news(&mut self, news: News<'_>) -> ControlFlow<()> {
+        if let Some(message) = Message::from_news(news) {
             self.send(message);
         }
         if self.is_ended() {
@@ -198,7 +198,7 @@ struct Hearer<'py> {
 }
 
 impl Hearer<'_> {
-    fn hear(&mut self, py: Python<'_>, message: Message) -> PyResult<()> {
+    fn handle_message(&mut self, py: Python<'_>, message: Message) -> PyResult<()> {
         if let Message::Warning(text) = &message {
             self.warnings.push(text.clone());
         }
@@ -245,7 +245,7 @@ pub fn watched<T: Send>(
             };
             let mut heard = py.check_signals();
             if let (Some(message), true) = (message, failed.is_none()) {
-                heard = heard.and_then(|()| hearer.hear(py, message));
+                heard = heard.and_then(|()| hearer.handle_message(py, message));
             }
             if let Err(error) = heard {
                 is_ended.store(true, Ordering::Relaxed);
@@ -253,7 +253,7 @@ pub fn watched<T: Send>(
             }
         }
         py.detach(|| thread.join())
-            .map_err(|payload| errors::of_panic(payload.as_ref()))
+            .map_err(|payload| errors::panic_error(payload.as_ref()))
     });
     if let Some(callback) = &hearer.callback
         && let Ok(close) = callback.getattr("close")

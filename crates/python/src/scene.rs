@@ -42,7 +42,7 @@ impl PyScene {
         let py = source.py();
         if let Ok(dict) = source.cast::<PyDict>() {
             let table = Value::Table(table_of("the scene", dict, 0)?);
-            return Self::of(py, table.to_document(), "scene".to_owned(), folder);
+            return Self::parse(py, table.to_document(), "scene".to_owned(), folder);
         }
         let path: PathBuf = source.extract().map_err(|_| {
             PyTypeError::new_err(
@@ -54,17 +54,17 @@ impl PyScene {
                 path: path.clone(),
                 source,
             };
-            errors::of_scene(py, &error)
+            errors::scene_error(py, &error)
         })?;
-        let own = path.parent().map(Path::to_path_buf);
-        Self::of(py, text, path.display().to_string(), folder.or(own))
+        let parent = path.parent().map(Path::to_path_buf);
+        Self::parse(py, text, path.display().to_string(), folder.or(parent))
     }
 
     /// Scene from the text of a scene file.
     #[staticmethod]
     #[pyo3(signature = (text, *, folder=None))]
     fn from_toml(py: Python<'_>, text: String, folder: Option<PathBuf>) -> PyResult<Self> {
-        Self::of(py, text, "scene".to_owned(), folder)
+        Self::parse(py, text, "scene".to_owned(), folder)
     }
 
     /// Name of the scene.
@@ -104,12 +104,12 @@ impl PyScene {
     }
 
     fn __getitem__<'py>(&self, py: Python<'py>, key: &str) -> PyResult<Bound<'py, PyAny>> {
-        let found = self.values(py, key)?;
+        let values = self.values(py, key)?;
         if key.split('.').any(|word| word.trim() == "*") {
-            let found: PyResult<Vec<_>> = found.iter().map(|v| python_of(py, v)).collect();
-            return Ok(PyList::new(py, found?)?.into_any());
+            let objects: PyResult<Vec<_>> = values.iter().map(|v| python_of(py, v)).collect();
+            return Ok(PyList::new(py, objects?)?.into_any());
         }
-        match (key, found.first()) {
+        match (key, values.first()) {
             (key, Some(value)) if !key.is_empty() => python_of(py, value),
             _ => Err(PyKeyError::new_err(format!(
                 "the scene does not set {key}: docs/scene.md has its default"
@@ -186,7 +186,7 @@ impl PyScene {
         let scene = slf.borrow().scene.clone();
         let options = dovetail_solver::run::Options { fields, held_modes };
         let kept = run::cache_of(cache.as_ref())?;
-        let progress = or_bar(slf.py(), progress);
+        let progress = progress_or_bar(slf.py(), progress);
         run::run(slf.py(), &scene, &kept, Some(&progress), |work| {
             work.solve(options)
         })
@@ -206,7 +206,7 @@ impl PyScene {
             held_modes: false,
         };
         let kept = run::cache_of(cache.as_ref())?;
-        let progress = or_bar(slf.py(), progress);
+        let progress = progress_or_bar(slf.py(), progress);
         run::run(slf.py(), &scene, &kept, Some(&progress), |work| {
             work.static_state(options)
         })
@@ -221,10 +221,10 @@ impl PyScene {
         slf: &Bound<'_, Self>,
         progress: Option<Bound<'_, PyAny>>,
         cache: Option<Bound<'_, PyAny>>,
-    ) -> PyResult<Vec<run::Mode>> {
+    ) -> PyResult<Vec<run::NamedMode>> {
         let scene = slf.borrow().scene.clone();
         let kept = run::cache_of(cache.as_ref())?;
-        let progress = or_bar(slf.py(), progress);
+        let progress = progress_or_bar(slf.py(), progress);
         let (modes, _) = run::work(slf.py(), &scene, &kept, Some(&progress), |work| {
             work.modes(None)
         })?;
@@ -241,7 +241,7 @@ impl PyScene {
     ) -> PyResult<Option<Vec<Vec<f64>>>> {
         let scene = slf.borrow().scene.clone();
         let kept = run::cache_of(cache.as_ref())?;
-        let progress = or_bar(slf.py(), progress);
+        let progress = progress_or_bar(slf.py(), progress);
         let ((_, found), _) = run::work(slf.py(), &scene, &kept, Some(&progress), |work| {
             work.modes(None)
         })?;
@@ -271,7 +271,7 @@ impl PyScene {
     ) -> PyResult<PyPeaks> {
         let own = slf.borrow().clone();
         let kept = run::cache_of(cache.as_ref())?;
-        let progress = or_bar(slf.py(), progress);
+        let progress = progress_or_bar(slf.py(), progress);
         let values = crate::arrays::reals("values", values)?;
         if values.shape.len() != 1 || values.values.is_empty() {
             return Err(errors::value(
@@ -294,7 +294,7 @@ impl PyScene {
         let scene_at = |value: f64| own.scene_with(&[format!("{key}={value:?}")]);
         // What is wrong with the key is told before anything is computed.
         for value in &values {
-            scene_at(*value).map_err(|error| errors::of_scene(slf.py(), &error))?;
+            scene_at(*value).map_err(|error| errors::scene_error(slf.py(), &error))?;
         }
         let range = dovetail_solver::run::PeakRange {
             values: &values,
@@ -323,15 +323,20 @@ fn is_wide(values: &[f64]) -> bool {
 }
 
 /// Progress that a user gave; the bar where nothing is given.
-fn or_bar<'py>(py: Python<'py>, progress: Option<Bound<'py, PyAny>>) -> Bound<'py, PyAny> {
+fn progress_or_bar<'py>(py: Python<'py>, progress: Option<Bound<'py, PyAny>>) -> Bound<'py, PyAny> {
     progress.unwrap_or_else(|| PyBool::new(py, true).to_owned().into_any())
 }
 
 impl PyScene {
-    fn of(py: Python<'_>, text: String, source: String, folder: Option<PathBuf>) -> PyResult<Self> {
+    fn parse(
+        py: Python<'_>,
+        text: String,
+        source: String,
+        folder: Option<PathBuf>,
+    ) -> PyResult<Self> {
         let folder = folder.unwrap_or_default();
         let scene = scene::parse(&text, &source, &folder, &[])
-            .map_err(|error| errors::of_scene(py, &error))?;
+            .map_err(|error| errors::scene_error(py, &error))?;
         Ok(Self {
             text,
             source,
@@ -352,7 +357,7 @@ impl PyScene {
 
     fn values(&self, py: Python<'_>, key: &str) -> PyResult<Vec<Value>> {
         scene::values(&self.text, &self.source, &[], key)
-            .map_err(|error| errors::of_scene(py, &error))
+            .map_err(|error| errors::scene_error(py, &error))
     }
 
     /// Sets keys, unless the scene is then not possible.
@@ -362,7 +367,7 @@ impl PyScene {
             let whole = scene::values(&self.text, &self.source, &overrides, "")?;
             Ok((scene, whole))
         };
-        let (scene, whole) = set().map_err(|error| errors::of_scene(py, &error))?;
+        let (scene, whole) = set().map_err(|error| errors::scene_error(py, &error))?;
         if let Some(whole) = whole.first() {
             self.text = whole.to_document();
             self.scene = scene;

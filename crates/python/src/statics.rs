@@ -6,8 +6,8 @@ use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::arrays::{in_space, table, vector};
-use crate::subject::{Subject, no_recovery};
+use crate::arrays::{table, vector, vector_array};
+use crate::subject::{ResultSubject, missing_recovery_error};
 use dovetail_solver::dlft::{PairStatus, StaticState};
 use dovetail_solver::results::modes::hertz;
 
@@ -15,7 +15,7 @@ use dovetail_solver::results::modes::hertz;
 #[pyclass(frozen, name = "StaticState", module = "dovetail")]
 pub struct PyStaticState {
     pub state: Arc<StaticState>,
-    pub subject: Arc<Subject>,
+    pub subject: Arc<ResultSubject>,
 }
 
 #[pymethods]
@@ -107,10 +107,10 @@ impl PyStaticState {
     fn displacements_m<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let bodies = self.subject.bodies(py)?;
         let fields = bodies.static_displacements_m(&self.state);
-        let fields = fields.ok_or_else(|| no_recovery(py))?;
+        let fields = fields.ok_or_else(|| missing_recovery_error(py))?;
         let dict = PyDict::new(py);
         for (body, field) in bodies.model().bodies.iter().zip(&fields) {
-            dict.set_item(&body.name, in_space(py, field)?)?;
+            dict.set_item(&body.name, vector_array(py, field)?)?;
         }
         Ok(dict)
     }

@@ -11,13 +11,13 @@ use dovetail_solver::results::pairs::PairTable;
 use dovetail_solver::run::Bodies;
 
 /// Problem with the places of its pairs and its bodies, where they are known.
-pub struct Subject {
+pub struct ResultSubject {
     pub problem: Problem,
     pub pairs: Option<PairTable>,
     bodies: Option<Mutex<Bodies>>,
 }
 
-impl Subject {
+impl ResultSubject {
     pub fn new(problem: Problem, pairs: Option<PairTable>, bodies: Option<Bodies>) -> Arc<Self> {
         Arc::new(Self {
             problem,
@@ -39,8 +39,8 @@ impl Subject {
     pub fn observation(&self, given: &Bound<'_, PyAny>) -> PyResult<usize> {
         let names = self.observations();
         if let Ok(name) = given.extract::<String>() {
-            let found = names.iter().position(|n| *n == name);
-            return found.ok_or_else(|| {
+            let index = names.iter().position(|n| *n == name);
+            return index.ok_or_else(|| {
                 PyKeyError::new_err(format!(
                     "there is no observed displacement \"{name}\": there are {}",
                     listed(&names)
@@ -68,7 +68,7 @@ impl Subject {
     /// `RunError` where there are none.
     pub fn bodies(&self, py: Python<'_>) -> PyResult<MutexGuard<'_, Bodies>> {
         let bodies = self.bodies.as_ref().ok_or_else(|| {
-            errors::of_words(
+            errors::remedy_error(
                 py,
                 "a reduced model that is read or given has no bodies",
                 "run a scene with a mesh",
@@ -97,8 +97,8 @@ fn listed(names: &[String]) -> String {
 }
 
 /// Error of fields on bodies without a recovery.
-pub fn no_recovery(py: Python<'_>) -> PyErr {
-    errors::of_words(
+pub fn missing_recovery_error(py: Python<'_>) -> PyErr {
+    errors::remedy_error(
         py,
         "the motion of the nodes was not recovered in this run",
         "run it with fields=True",

@@ -7,7 +7,7 @@ use std::error::Error;
 use std::path::Path;
 
 use dovetail_solver::folder;
-use dovetail_solver::integration::compare::{Comparison, Start, compare};
+use dovetail_solver::integration::compare::{Comparison, IntegrationStart, compare};
 use dovetail_solver::integration::steady::Until;
 use dovetail_solver::prelude::*;
 
@@ -33,7 +33,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 pub fn comparison() -> Result<Comparison, Box<dyn Error>> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/data/dovetail72");
     let model = folder::read(&path)?.model;
-    let problem = Problem::of_one_law(model, PairLaw::rigid(0.3, 0.0), 1.0);
+    let problem = Problem::uniform(model, PairLaw::rigid(0.3, 0.0), 1.0);
     let solved = ForcedResponse::new(&problem)
         .damping(DampingSpec::ratio(0.001))
         .resolution(Resolution::fixed(7, 256))
@@ -46,7 +46,7 @@ pub fn comparison() -> Result<Comparison, Box<dyn Error>> {
         &problem,
         solved.damping,
         &solved.response.orbits[0],
-        Start::Orbit { larger_by: 0.0 },
+        IntegrationStart::Orbit { larger_by: 0.0 },
         steps_per_period,
         until,
         solved.response.slip_threshold_m,

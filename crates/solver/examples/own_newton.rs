@@ -40,7 +40,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 fn dovetail() -> Result<Problem, Box<dyn Error>> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/data/dovetail72");
     let model = folder::read(&path)?.model;
-    Ok(Problem::of_one_law(model, PairLaw::rigid(0.3, 0.0), 1.0))
+    Ok(Problem::uniform(model, PairLaw::rigid(0.3, 0.0), 1.0))
 }
 
 /// Response of the library, with its static state and damping.

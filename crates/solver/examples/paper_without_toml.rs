@@ -30,7 +30,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 pub fn solve() -> Result<Run, Box<dyn Error>> {
     let file = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../meshes/dovetail.msh");
     let mesh = mesh::parse(std::fs::read(&file)?, METRES_PER_UNIT)?;
-    let range = FrequencyRange::of_first_linear_mode(0.98, 1.02);
+    let range = FrequencyRange::relative_to_first_mode(0.98, 1.02);
     let response = ResponseSpec::new(range, Resolution::fixed(3, 128));
     let scene = Scene::new("paper", assembly(file), response).damping(DampingSpec::ratio(0.001));
     Ok(scene.solve(mesh)?)

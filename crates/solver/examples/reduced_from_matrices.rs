@@ -12,7 +12,7 @@ use std::f64::consts::TAU;
 
 use dovetail_solver::dlft::eps::Eps;
 use dovetail_solver::prelude::*;
-use dovetail_solver::reduced::Quantity;
+use dovetail_solver::reduced::ObservedQuantity;
 use dovetail_solver::reduction::{Highest, StuckModes, reduce};
 use dovetail_solver::structure::{BodyMatrices, InterfaceNode, Joint, ObservedWork, Structure};
 use nalgebra_sparse::{CooMatrix, CscMatrix};
@@ -68,7 +68,7 @@ fn oscillator(spring: f64, slider: f64) -> Structure {
         excitations: vec![vec![along_the_mass.clone()]],
         observations: vec![ObservedWork {
             name: "mass".into(),
-            quantity: Quantity::Displacement,
+            quantity: ObservedQuantity::Displacement,
             load: vec![along_the_mass],
         }],
         dashpots: Vec::new(),
@@ -87,7 +87,7 @@ pub fn amplitude_m(harmonics: usize) -> Result<f64, Box<dyn Error>> {
     let (spring, slider) = (1.0, 0.5);
     let wanted = StuckModes::new(Some(1), Highest::RadS(1.05));
     let reduced = reduce(oscillator(spring, slider), wanted)?.model;
-    let problem = Problem::of_one_law(reduced, PairLaw::rigid(0.2, 0.0), 0.25);
+    let problem = Problem::uniform(reduced, PairLaw::rigid(0.2, 0.0), 0.25);
     let mut response = ForcedResponse::new(&problem)
         .damping(DampingSpec::Rayleigh {
             stiffness_s: 0.0,

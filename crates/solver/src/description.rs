@@ -70,7 +70,7 @@ impl Scene {
     }
 
     /// The same scene with all sectors of its disc, if any, excited in phase, and in still air.
-    pub(crate) fn with_sectors_in_phase(&self) -> Self {
+    pub(crate) fn sectors_in_phase(&self) -> Self {
         let mut scene = self.clone();
         if let Subject::Assembly(assembly) = &mut scene.subject
             && let Some(disc) = &mut assembly.cyclic
@@ -95,7 +95,7 @@ pub struct MissionPart {
 
 impl MissionPart {
     /// All cycles at one frequency, Hz, or at the peak.
-    pub const fn only(frequency_hz: Option<f64>) -> Self {
+    pub const fn whole_mission(frequency_hz: Option<f64>) -> Self {
         Self {
             share: 1.0,
             frequency_hz,
@@ -180,7 +180,7 @@ pub enum LoadMultiples {
 
 impl LoadMultiples {
     /// Multiple of the load with this number, counted from 0; 1 where none is given.
-    pub(crate) fn of(&self, number: usize) -> f64 {
+    pub(crate) fn multiple(&self, number: usize) -> f64 {
         match self {
             Self::All(multiple) => *multiple,
             Self::Each(multiples) => multiples.get(number).copied().unwrap_or(1.0),
@@ -326,7 +326,7 @@ impl FrequencyRange {
     }
 
     /// Range between two multiples of the first frequency of the linear reference.
-    pub const fn of_first_linear_mode(from: f64, to: f64) -> Self {
+    pub const fn relative_to_first_mode(from: f64, to: f64) -> Self {
         Self::OfFirstLinearMode { from, to }
     }
 }

@@ -29,7 +29,7 @@
 //! let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/data/dovetail72");
 //! let law = PairLaw::rigid(0.3, 0.0);
 //! let subject = ReducedModelSpec { folder: path.into(), law, force_n: 2.0 };
-//! let range = FrequencyRange::of_first_linear_mode(0.98, 1.02);
+//! let range = FrequencyRange::relative_to_first_mode(0.98, 1.02);
 //! let response = ResponseSpec::new(range, Resolution::fixed(1, 64)).points(11);
 //! let scene = Scene::new("dovetail", subject, response).damping(DampingSpec::ratio(0.001));
 //! let run = scene.solve(folder::read(path.as_ref())?)?;

@@ -3,8 +3,8 @@
 
 use std::borrow::Cow;
 
-use dovetail_dynamics::reduced::{Quantity, SteadyCause};
-use dovetail_numerics::sparse::with_places_of;
+use dovetail_dynamics::reduced::{ObservedQuantity, SteadyCause};
+use dovetail_numerics::sparse::extend_pattern;
 use nalgebra_sparse::CscMatrix;
 use serde::{Deserialize, Serialize};
 
@@ -61,7 +61,7 @@ pub struct ObservedWork {
     /// Name in the results.
     pub name: String,
     /// What is observed.
-    pub quantity: Quantity,
+    pub quantity: ObservedQuantity,
     /// Load whose work on a motion is what is observed.
     pub load: BodyVectors,
 }
@@ -107,7 +107,7 @@ impl BodyMatrices {
     /// order. Matrices of another program may have a mass that couples rows that the stiffness does not couple, as
     /// superelements with modes do.
     pub(crate) fn stiffness_with_places(&self) -> Cow<'_, CscMatrix<f64>> {
-        with_places_of(&self.stiffness, &self.mass)
+        extend_pattern(&self.stiffness, &self.mass)
     }
 
     /// Number of degrees of freedom of the interior.

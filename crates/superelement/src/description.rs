@@ -6,7 +6,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use dovetail_dynamics::excitation::NamedExcitation;
-use dovetail_dynamics::reduced::Quantity;
+use dovetail_dynamics::reduced::ObservedQuantity;
 use dovetail_dynamics::superelement::NamedContact;
 
 use crate::{SuperelementError, input};
@@ -20,7 +20,7 @@ pub(crate) struct Description {
     /// Hash of the numbers of all files, as in their comments.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) model: Option<String>,
-    pub(crate) units: Units,
+    pub(crate) units: FolderUnits,
     pub(crate) pairs: usize,
     pub(crate) modes: usize,
     pub(crate) contacts: Vec<NamedContact>,
@@ -37,14 +37,14 @@ pub(crate) struct Description {
 /// Units of all numbers of a folder, which are those of the SI.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct Units {
+pub(crate) struct FolderUnits {
     length: String,
     mass: String,
     time: String,
     force: String,
 }
 
-impl Units {
+impl FolderUnits {
     pub(crate) fn si() -> Self {
         let [length, mass, time, force] = ["m", "kg", "s", "N"].map(str::to_owned);
         Self {
@@ -104,10 +104,10 @@ pub(crate) const MODEL: &str = "of the reduced model";
 
 impl Description {
     /// Quantity of an observed point.
-    pub(crate) fn quantity(&self, name: &String) -> Quantity {
+    pub(crate) fn quantity(&self, name: &String) -> ObservedQuantity {
         match self.observed_strains.contains(name) {
-            true => Quantity::Strain,
-            false => Quantity::Displacement,
+            true => ObservedQuantity::Strain,
+            false => ObservedQuantity::Displacement,
         }
     }
 }
@@ -123,48 +123,51 @@ pub(crate) fn description(path: &Path) -> Result<Description, SuperelementError>
     let mut file = file.take(MOST_OF_DESCRIPTION);
     file.read_to_string(&mut text)
         .map_err(|e| wrong(e.to_string()))?;
-    let found: Description = serde_json::from_str(&text).map_err(|e| wrong(e.to_string()))?;
-    if found.format != FORMAT {
-        let message = format!("format is \"{}\", expected \"{FORMAT}\"", found.format);
-        return Err(wrong(message));
-    }
-    if found.units != Units::si() {
-        let message = "units are other than m, kg, s and N: convert all numbers to these";
-        return Err(wrong(message.to_owned()));
-    }
-    if found.pairs == 0 {
-        let path = path.to_owned();
-        return Err(SuperelementError::NoPairs { path });
-    }
-    let of_contacts = found.contacts.iter().map(|contact| contact.pairs);
-    let of_contacts = of_contacts.fold(0, usize::saturating_add);
-    if of_contacts != found.pairs {
+    let description: Description = serde_json::from_str(&text).map_err(|e| wrong(e.to_string()))?;
+    if description.format != FORMAT {
         let message = format!(
-            "the contacts have {of_contacts} pairs in all, and `pairs` is {}: they must agree",
-            found.pairs
+            "format is \"{}\", expected \"{FORMAT}\"",
+            description.format
         );
         return Err(wrong(message));
     }
-    let mut dashpots = found.dashpots_n_s_m.iter();
+    if description.units != FolderUnits::si() {
+        let message = "units are other than m, kg, s and N: convert all numbers to these";
+        return Err(wrong(message.to_owned()));
+    }
+    if description.pairs == 0 {
+        let path = path.to_owned();
+        return Err(SuperelementError::NoPairs { path });
+    }
+    let of_contacts = description.contacts.iter().map(|contact| contact.pairs);
+    let of_contacts = of_contacts.fold(0, usize::saturating_add);
+    if of_contacts != description.pairs {
+        let message = format!(
+            "the contacts have {of_contacts} pairs in all, and `pairs` is {}: they must agree",
+            description.pairs
+        );
+        return Err(wrong(message));
+    }
+    let mut dashpots = description.dashpots_n_s_m.iter();
     if let Some(wrong_one) = dashpots.find(|c| !(c.is_finite() && **c >= 0.0)) {
         let message = format!("dashpots_n_s_m has {wrong_one}: all must be 0 or more and finite");
         return Err(wrong(message));
     }
-    let first = found.observed_points.first();
-    for name in &found.observed_strains {
+    let first = description.observed_points.first();
+    for name in &description.observed_strains {
         let message = if first == Some(name) {
             format!(
                 "the first of observed_points, \"{name}\", is one of observed_strains: put a \
                  displacement first, whose peak is that of a run"
             )
-        } else if !found.observed_points.contains(name) {
+        } else if !description.observed_points.contains(name) {
             format!("observed_strains has \"{name}\", which is none of observed_points")
         } else {
             continue;
         };
         return Err(wrong(message));
     }
-    for excitation in &found.excitations {
+    for excitation in &description.excitations {
         let is_finite = excitation.amplitude.is_finite() && excitation.phase_rad.is_finite();
         if excitation.harmonic == 0 || !is_finite {
             let message = format!(
@@ -174,5 +177,5 @@ pub(crate) fn description(path: &Path) -> Result<Description, SuperelementError>
             return Err(wrong(message));
         }
     }
-    Ok(found)
+    Ok(description)
 }

@@ -114,15 +114,16 @@ impl Arrays<'_> {
             true => self.vector(STATIC_LOAD_ON_MODES, m)?,
             false => vec![0.0; m],
         };
-        let unit_loads = self.on_both(
+        let unit_loads = self.read_load_pairs(
             [EXCITATIONS, EXCITATIONS_ON_MODES],
             described.excitations.len(),
         )?;
         let points = &described.observed_points;
-        let observed = self.on_both([OBSERVED_POINTS, OBSERVED_POINTS_ON_MODES], points.len())?;
+        let observed =
+            self.read_load_pairs([OBSERVED_POINTS, OBSERVED_POINTS_ON_MODES], points.len())?;
         let observed = points.iter().zip(observed);
         let damping = &described.dashpots_n_s_m;
-        let dashpots = self.on_both([DASHPOTS, DASHPOTS_ON_MODES], damping.len())?;
+        let dashpots = self.read_load_pairs([DASHPOTS, DASHPOTS_ON_MODES], damping.len())?;
         let dashpots: Vec<(f64, Load)> = damping.iter().copied().zip(dashpots).collect();
         Ok(ReducedModel {
             dashpots: Dashpots::new(n, m, &dashpots),
@@ -147,7 +148,7 @@ impl Arrays<'_> {
             observations: observed
                 .map(|(name, on)| {
                     let quantity = described.quantity(name);
-                    ObservedPoint::new(name, on.on_x, on.on_modes).of(quantity)
+                    ObservedPoint::new(name, on.on_x, on.on_modes).with_quantity(quantity)
                 })
                 .collect(),
             waves: Waves::default(),
@@ -155,7 +156,11 @@ impl Arrays<'_> {
     }
 
     /// Reads the columns of two files, on X and on the modes.
-    fn on_both(&self, names: [&str; 2], count: usize) -> Result<Vec<Load>, SuperelementError> {
+    fn read_load_pairs(
+        &self,
+        names: [&str; 2],
+        count: usize,
+    ) -> Result<Vec<Load>, SuperelementError> {
         let columns = |name: &str, rows: usize| {
             if rows == 0 || count == 0 {
                 return Ok(vec![Vec::new(); count]);

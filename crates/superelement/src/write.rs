@@ -6,13 +6,14 @@ use std::path::{Path, PathBuf};
 
 use faer::{Mat, MatRef};
 
-use dovetail_dynamics::reduced::{Quantity, ReducedModel};
+use dovetail_dynamics::reduced::{ObservedQuantity, ReducedModel};
 use dovetail_dynamics::superelement::Superelement;
 
 use crate::description::{
     AREAS, COUPLING, DASHPOTS, DASHPOTS_ON_MODES, DESCRIPTION, Description, EXCITATIONS,
-    EXCITATIONS_ON_MODES, FILES, FORMAT, MASS, MODEL, OBSERVED_POINTS, OBSERVED_POINTS_ON_MODES,
-    POSITIONS, SQUARED_FREQUENCIES, STATIC_LOAD, STATIC_LOAD_ON_MODES, STIFFNESS, Units,
+    EXCITATIONS_ON_MODES, FILES, FORMAT, FolderUnits, MASS, MODEL, OBSERVED_POINTS,
+    OBSERVED_POINTS_ON_MODES, POSITIONS, SQUARED_FREQUENCIES, STATIC_LOAD, STATIC_LOAD_ON_MODES,
+    STIFFNESS,
 };
 use crate::{SuperelementError, matrix_market};
 
@@ -55,7 +56,7 @@ fn write_all(folder: &Path, element: &Superelement) -> Result<(), SuperelementEr
             .map(|point| [&point.on_x[..], &point.on_modes]),
     );
     let dashpots = &model.dashpots;
-    let all = [
+    let matrices = [
         (STIFFNESS, model.stiffness.as_ref()),
         (MASS, model.mass.as_ref()),
         (STATIC_LOAD, column(&model.static_load.on_x)),
@@ -71,7 +72,7 @@ fn write_all(folder: &Path, element: &Superelement) -> Result<(), SuperelementEr
     ];
     let is_there = |a: &MatRef<'_, f64>| a.nrows() > 0 && a.ncols() > 0;
     let mut files: Vec<(&str, MatRef<'_, f64>)> = Vec::new();
-    files.extend(all.into_iter().filter(|(_, a)| is_there(a)));
+    files.extend(matrices.into_iter().filter(|(_, a)| is_there(a)));
     files.extend(element.areas_m2.as_ref().map(|a| (AREAS, column(a))));
     files.push((POSITIONS, positions.as_ref()));
     let hash = name_of_model(&files);
@@ -85,13 +86,13 @@ fn write_all(folder: &Path, element: &Superelement) -> Result<(), SuperelementEr
     let described = Description {
         format: FORMAT.to_owned(),
         model: Some(hash),
-        units: Units::si(),
+        units: FolderUnits::si(),
         pairs: element.positions_m.len(),
         modes: model.omega2.len(),
         contacts: element.contacts.clone(),
         excitations: element.excitations.clone(),
         observed_points: names_of(model, |_| true),
-        observed_strains: names_of(model, |quantity| quantity == Quantity::Strain),
+        observed_strains: names_of(model, |quantity| quantity == ObservedQuantity::Strain),
         dashpots_n_s_m: dashpots.damping_n_s_m.clone(),
     };
     let path = part(DESCRIPTION);
@@ -152,7 +153,7 @@ fn name_of_model(arrays: &[(&str, MatRef<'_, f64>)]) -> String {
 }
 
 /// Names of the observed points of these quantities.
-fn names_of(model: &ReducedModel, wanted: impl Fn(Quantity) -> bool) -> Vec<String> {
+fn names_of(model: &ReducedModel, wanted: impl Fn(ObservedQuantity) -> bool) -> Vec<String> {
     let points = model.observations.iter().filter(|o| wanted(o.quantity));
     points.map(|o| o.name.clone()).collect()
 }

@@ -71,14 +71,14 @@ fn wedges() -> Vec<Corners> {
 /// one is two of them.
 fn pyramids(before_tetrahedra: bool) -> Vec<Corners> {
     const TOWARDS_X: usize = 3;
-    let mut all = Vec::new();
+    let mut pyramids = Vec::new();
     for (i, face) in Shape::Hexahedron.faces().iter().enumerate() {
         // The base is seen from inside, and so is that of a tetrahedron.
         let base: Corners = face.iter().rev().map(|&corner| CELL[corner]).collect();
         let mut with_apex = |base: &[usize], corners: &Corners| {
             let mut element: Corners = base.iter().map(|&i| corners[i]).collect();
             element.push([1, 1, 1]);
-            all.push(element);
+            pyramids.push(element);
         };
         if before_tetrahedra && i == TOWARDS_X {
             let from = base.iter().position(|p| *p == [2, 0, 0]).unwrap_or(0);
@@ -89,7 +89,7 @@ fn pyramids(before_tetrahedra: bool) -> Vec<Corners> {
             with_apex(&[0, 1, 2, 3], &base);
         }
     }
-    all
+    pyramids
 }
 
 /// Six, along the main diagonal.
@@ -192,7 +192,8 @@ impl Grid {
 
     /// Type and nodes of the element with these corners.
     fn element(&self, corners: &[[usize; 3]]) -> (ElementType, Vec<u32>) {
-        let linear = ElementType::with_nodes(corners.len()).expect("corners are those of a shape");
+        let linear =
+            ElementType::from_node_count(corners.len()).expect("corners are those of a shape");
         let element = ElementType::new(linear.shape, self.order);
         let edges = match self.order {
             ElementOrder::Linear => &[],
@@ -288,7 +289,9 @@ fn is_odd(path: [usize; 3]) -> bool {
 }
 
 fn group(dimension: u8, elements: Vec<u32>, list: &Connectivity) -> Group {
-    let nodes = elements.iter().flat_map(|&e| list.of(e as usize));
+    let nodes = elements
+        .iter()
+        .flat_map(|&e| list.element_nodes(e as usize));
     let mut nodes: Vec<u32> = nodes.copied().collect();
     nodes.sort_unstable();
     nodes.dedup();
@@ -361,13 +364,13 @@ mod tests {
             assert!(distance(at(m), mean) < 1e-15);
         };
         for e in 0..mesh.elements.len() {
-            let t = mesh.elements.of(e);
+            let t = mesh.elements.element_nodes(e);
             halfway(t[8], t[1], t[3]);
             halfway(t[9], t[2], t[3]);
             halfway(t[6], t[0], t[2]);
         }
         for f in 0..mesh.facets.len() {
-            let t = mesh.facets.of(f);
+            let t = mesh.facets.element_nodes(f);
             halfway(t[3], t[0], t[1]);
             halfway(t[4], t[1], t[2]);
             halfway(t[5], t[0], t[2]);
@@ -392,8 +395,8 @@ mod tests {
                 .elements
                 .iter()
                 .map(|&f| {
-                    let [a, b, c] =
-                        [0, 1, 2].map(|v| mesh.nodes_m[mesh.facets.of(f as usize)[v] as usize]);
+                    let [a, b, c] = [0, 1, 2]
+                        .map(|v| mesh.nodes_m[mesh.facets.element_nodes(f as usize)[v] as usize]);
                     let normal = cross(sub(b, a), sub(c, a));
                     assert!(normal[0] > 0.0, "facet normals point outwards");
                     0.5 * norm(normal)
@@ -421,7 +424,7 @@ mod tests {
         );
         assert!(jaw.elements.iter().all(|&f| {
             both.facets
-                .of(f as usize)
+                .element_nodes(f as usize)
                 .iter()
                 .all(|n| jaw.nodes.binary_search(n).is_ok())
         }));

@@ -43,9 +43,10 @@ impl Lattice {
         let mut k = CooMatrix::new(3 * free, 3 * free);
         let mut m = CooMatrix::new(3 * free, 3 * free);
         let [a, b, c] = self.shape;
-        let all = (0..a).flat_map(|i| (0..b).flat_map(move |j| (0..c).map(move |l| [i, j, l])));
+        let positions =
+            (0..a).flat_map(|i| (0..b).flat_map(move |j| (0..c).map(move |l| [i, j, l])));
         let mut count = 0;
-        for from in all {
+        for from in positions {
             for step in (0..27)
                 .map(|s| [s / 9, s / 3 % 3, s % 3])
                 .filter(|s| *s > [1, 1, 1])
@@ -58,7 +59,7 @@ impl Lattice {
                 let axis = [0, 1, 2].map(|d| step[d] as f64 - 1.0);
                 let length = axis.iter().map(|x| x * x).sum::<f64>().sqrt();
                 let axis = axis.map(|x| x / length);
-                let own = 1.0 + self.irregularity * (count as f64 * 1.618).sin();
+                let stiffness = 1.0 + self.irregularity * (count as f64 * 1.618).sin();
                 let ends = [number[self.node(from)], number[self.node(to)]];
                 for (p, &row) in ends.iter().enumerate() {
                     for (q, &column) in ends.iter().enumerate() {
@@ -72,7 +73,7 @@ impl Lattice {
                                 let sign = if p == q { 1.0 } else { -1.0 };
                                 let share = if p == q { 1.0 / 3.0 } else { 1.0 / 6.0 };
                                 let (row, column) = (3 * row + i, 3 * column + j);
-                                k.push(row, column, sign * along * own * self.stiffness);
+                                k.push(row, column, sign * along * stiffness * self.stiffness);
                                 m.push(row, column, share * same * self.mass);
                             }
                         }

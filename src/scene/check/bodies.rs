@@ -5,10 +5,10 @@ use std::path::Path;
 
 use serde_spanned::Spanned;
 
-use super::fields::{Checker, Table, places};
+use super::fields::{Checker, SceneTable, places};
 use super::mesh::units;
 use crate::scene::entries::{RawBody, RawContact, RawRotation, RawScene};
-use crate::scene::error::Fault;
+use crate::scene::error::SceneFault;
 use crate::scene::keys;
 use crate::scene::raw::{Located, Numbers};
 use dovetail_mesh::parts::Placement;
@@ -39,7 +39,7 @@ pub fn bodies(
     }
     let Some(last) = raw.last() else {
         let end = checker.source.text.len();
-        checker.fault(end..end, Fault::NoBody);
+        checker.fault(end..end, SceneFault::NoBody);
         return None;
     };
     let is_fixed = |b: &Spanned<RawBody>| {
@@ -62,7 +62,7 @@ pub fn bodies(
     let grounded = scene.spring.iter().any(|s| s.get_ref().second.is_none());
     let rests = scene.contact.iter().any(on_ground) || grounded;
     if !raw.iter().any(is_fixed) && !rests {
-        checker.fault(last.span(), Fault::NothingFixed);
+        checker.fault(last.span(), SceneFault::NothingFixed);
     }
     let located = |key: &str, i: usize, value: &Located<String>| {
         let value = value.as_ref()?;
@@ -100,7 +100,7 @@ fn body(
     raw: &Spanned<RawBody>,
     context: &Context,
 ) -> Option<BodySpec> {
-    let at = Table::of("body", raw.span(), Some((index, &raw.get_ref().name)));
+    let at = SceneTable::new("body", raw.span(), Some((index, &raw.get_ref().name)));
     let raw = raw.get_ref();
     let name = checker.required_name(&at, &raw.name);
     let mesh = body_mesh(checker, &at, raw, context);
@@ -153,17 +153,17 @@ fn body(
 }
 
 /// Strength of the material, where it is given.
-fn strength(checker: &mut Checker, at: &Table, raw: &RawBody) -> Option<Option<Strength>> {
+fn strength(checker: &mut Checker, at: &SceneTable, raw: &RawBody) -> Option<Option<Strength>> {
     let remedy = "give both, or leave both out: the use of a strength needs the two";
     let (endurance, ultimate) = match (&raw.endurance_pa, &raw.ultimate_pa) {
         (None, None) => return Some(None),
         (Some(endurance), Some(ultimate)) => (endurance, ultimate),
         (Some(alone), None) => {
-            checker.lacks(at, "endurance_pa", "ultimate_pa", alone.span(), remedy);
+            checker.note_missing_partner(at, "endurance_pa", "ultimate_pa", alone.span(), remedy);
             return None;
         }
         (None, Some(alone)) => {
-            checker.lacks(at, "ultimate_pa", "endurance_pa", alone.span(), remedy);
+            checker.note_missing_partner(at, "ultimate_pa", "endurance_pa", alone.span(), remedy);
             return None;
         }
     };
@@ -192,7 +192,7 @@ fn strength(checker: &mut Checker, at: &Table, raw: &RawBody) -> Option<Option<S
 /// Mesh file of the body itself, or another body that it copies, and its placement.
 fn body_mesh(
     checker: &mut Checker,
-    at: &Table,
+    at: &SceneTable,
     raw: &RawBody,
     context: &Context,
 ) -> Option<BodyMesh> {
@@ -210,13 +210,13 @@ fn body_mesh(
             let remedy = "name a mesh of the body's own by `mesh_file`, or leave it out: a body of the shared mesh \
                           stands where that has it";
             if let Some(span) = span {
-                checker.lacks(at, key, "mesh_file", span, remedy);
+                checker.note_missing_partner(at, key, "mesh_file", span, remedy);
             }
         }
         return Some(BodyMesh::Shared);
     }
     let placement = placement(checker, at, raw);
-    let own = units(checker, at, &raw.metres_per_unit, &raw.units);
+    let units_given = units(checker, at, &raw.metres_per_unit, &raw.units);
     if let Some(original) = &raw.copy_of {
         let name = checker.text(at, "copy_of", &raw.copy_of)?;
         let names = context
@@ -227,7 +227,7 @@ fn body_mesh(
         let names: Vec<String> = names.map(|n| n.get_ref().clone()).collect();
         let before = &names[..context.before.len().min(names.len())];
         if !before.contains(&name) {
-            let fault = Fault::UnknownBody {
+            let fault = SceneFault::UnknownBody {
                 path: at.key("copy_of"),
                 nearest: keys::nearest(&name, before),
                 name,
@@ -242,9 +242,9 @@ fn body_mesh(
         });
     }
     let path = checker.text(at, "mesh_file", &raw.mesh_file);
-    let units = own?.or(context.units);
+    let units = units_given?.or(context.units);
     if units.is_none() {
-        checker.none_of(at, &["units", "metres_per_unit"], "units");
+        checker.require_one_of(at, &["units", "metres_per_unit"], "units");
     }
     Some(BodyMesh::File {
         path: context.base_dir.join(path?),
@@ -253,7 +253,7 @@ fn body_mesh(
     })
 }
 
-fn placement(checker: &mut Checker, at: &Table, raw: &RawBody) -> Option<Placement> {
+fn placement(checker: &mut Checker, at: &SceneTable, raw: &RawBody) -> Option<Placement> {
     let degrees = checker.number(at, "rotation_deg", &raw.rotation_deg);
     let axis = match (&raw.rotation_deg, &raw.rotation_axis) {
         (None, None) => Some([0.0, 0.0, 1.0]),
@@ -271,7 +271,7 @@ fn placement(checker: &mut Checker, at: &Table, raw: &RawBody) -> Option<Placeme
 /// Matrices of another program, or finite elements of a material.
 fn matrices(
     checker: &mut Checker,
-    at: &Table,
+    at: &SceneTable,
     raw: &RawBody,
     (mesh, original): (Option<&BodyMesh>, Option<&BodySpec>),
     context: &Context,
@@ -284,7 +284,7 @@ fn matrices(
         for (key, span) in others {
             let remedy = "name the file of the stiffness, or leave it out: finite elements have no such file";
             if let Some(span) = span {
-                checker.lacks(at, key, "stiffness_file", span, remedy);
+                checker.note_missing_partner(at, key, "stiffness_file", span, remedy);
             }
         }
         return match original.map(|original| &original.matrices) {
@@ -311,7 +311,7 @@ fn matrices(
     let load = text("load_file", &raw.load_file);
     if let (Some(name), None) = (&raw.load_name, &raw.load_file) {
         let remedy = "name the file of the load, or leave it out";
-        checker.lacks(at, "load_name", "load_file", name.span(), remedy);
+        checker.note_missing_partner(at, "load_name", "load_file", name.span(), remedy);
     }
     let stiffness_path = checker.text(at, "stiffness_file", &raw.stiffness_file);
     let mass_path = checker.text(at, "mass_file", &raw.mass_file);
@@ -319,7 +319,7 @@ fn matrices(
     if units.stress_pa_and_density_kg_m3().is_none() {
         let remedy = "give `units` (\"m-kg-s\" or \"mm-t-s\") of the mesh in place of metres_per_unit: the matrices are \
                       in the same units, and a length alone says nothing about forces and masses";
-        checker.lacks(at, "stiffness_file", "units", stiffness.span(), remedy);
+        checker.note_missing_partner(at, "stiffness_file", "units", stiffness.span(), remedy);
         return None;
     }
     let file = |path, name| MatrixFile {
@@ -353,7 +353,7 @@ fn units_of(mesh: &BodyMesh, context: &Context) -> Option<Units> {
 /// Material given by numbers, or a material of the mesh; without either, that of `original`.
 fn material(
     checker: &mut Checker,
-    at: &Table,
+    at: &SceneTable,
     raw: &RawBody,
     original: Option<&MaterialSpec>,
     context: &Context,
@@ -387,8 +387,8 @@ fn material(
             return Some(MaterialSpec::OfMesh(None));
         }
     }
-    let found = numbers.map(|(key, value)| checker.number(at, key, value));
-    let [young_pa, poisson, inertia] = found;
+    let values = numbers.map(|(key, value)| checker.number(at, key, value));
+    let [young_pa, poisson, inertia] = values;
     let (young_pa, poisson, inertia) = (young_pa?, poisson?, inertia?);
     Some(match raw.mass_kg {
         Some(_) => MaterialSpec::OfMass {
@@ -417,14 +417,14 @@ fn is_deck(raw: &RawBody, context: &Context) -> bool {
 /// Names of groups; an empty name is a fault.
 fn groups(
     checker: &mut Checker,
-    at: &Table,
+    at: &SceneTable,
     key: &str,
     list: &Located<Vec<Spanned<String>>>,
 ) -> Vec<String> {
     let groups = list.as_ref().map_or(&[][..], |f| f.get_ref().as_slice());
     for group in groups.iter().filter(|g| g.get_ref().trim().is_empty()) {
         let path = at.key(key);
-        checker.fault(group.span(), Fault::EmptyText { path });
+        checker.fault(group.span(), SceneFault::EmptyText { path });
     }
     groups.iter().map(|g| g.get_ref().clone()).collect()
 }
@@ -434,7 +434,7 @@ pub fn rotation(
     bodies: &[String],
     raw: &Spanned<RawRotation>,
 ) -> Option<RotationSpec> {
-    let at = Table::of("rotation", raw.span(), None);
+    let at = SceneTable::new("rotation", raw.span(), None);
     let raw = raw.get_ref();
     let axis = checker.direction(&at, "axis", &raw.axis);
     let speed = checker.number(&at, "speed_rpm", &raw.speed_rpm);
@@ -444,7 +444,7 @@ pub fn rotation(
         Some(list) => {
             let list = list.get_ref();
             for name in list.iter().filter(|n| !bodies.contains(n.get_ref())) {
-                let fault = Fault::UnknownBody {
+                let fault = SceneFault::UnknownBody {
                     path: at.key("bodies"),
                     name: name.get_ref().clone(),
                     nearest: keys::nearest(name.get_ref(), bodies),

@@ -4,10 +4,10 @@ use std::path::Path;
 
 use serde_spanned::Spanned;
 
-use super::fields::{Checker, Table, places};
+use super::fields::{Checker, SceneTable, places};
 use super::pair_law::law_keys;
 use crate::scene::entries::{RawContact, RawDamping};
-use crate::scene::error::Fault;
+use crate::scene::error::SceneFault;
 use dovetail_solver::damping::DampingSpec;
 use dovetail_solver::description::ResponseSpec;
 use dovetail_solver::model::{ContactLaw, ContactSpec, CrownSpec, FieldSource, Sector};
@@ -17,15 +17,16 @@ pub fn contacts(
     base_dir: &Path,
     raw: &[Spanned<RawContact>],
 ) -> Option<Vec<ContactSpec>> {
-    let contact =
-        |checker: &mut Checker, at: &Table, raw: &RawContact| contact(checker, base_dir, at, raw);
+    let contact = |checker: &mut Checker, at: &SceneTable, raw: &RawContact| {
+        contact(checker, base_dir, at, raw)
+    };
     checker.items("contact", raw, |raw| &raw.name, contact)
 }
 
 fn contact(
     checker: &mut Checker,
     base_dir: &Path,
-    at: &Table,
+    at: &SceneTable,
     raw: &RawContact,
 ) -> Option<ContactSpec> {
     let name = checker.required_name(at, &raw.name);
@@ -33,7 +34,7 @@ fn contact(
     let second = second(checker, at, raw);
     let second_sector = checker.choice(at, "second_sector", &raw.second_sector);
     if let (Some(Sector::Next), Some(given)) = (second_sector, &raw.slave) {
-        let fault = Fault::Exclusive {
+        let fault = SceneFault::Exclusive {
             first: at.key("slave"),
             second: "second_sector = \"next\"".to_owned(),
             remedy: "contact with the next sector is enforced at the nodes of `first`: leave out `slave`, \
@@ -70,7 +71,7 @@ fn contact(
 fn friction_at(
     checker: &mut Checker,
     base_dir: &Path,
-    at: &Table,
+    at: &SceneTable,
     raw: &RawContact,
 ) -> Option<Option<FieldSource>> {
     let Some(given) = &raw.friction_file else {
@@ -84,29 +85,29 @@ fn friction_at(
 }
 
 /// Opposite flank; `Some(None)` if it is rigid ground.
-fn second(checker: &mut Checker, at: &Table, raw: &RawContact) -> Option<Option<String>> {
+fn second(checker: &mut Checker, at: &SceneTable, raw: &RawContact) -> Option<Option<String>> {
     let Some(given) = &raw.second else {
         let others = places!(raw; second_sector, slave, gap, search_distance_m);
         let remedy =
             "name the opposite flank, or leave both out: rigid ground lies where the flank is";
-        checker.all_lack(at, &others, "second", remedy)?;
+        checker.note_missing_partners(at, &others, "second", remedy)?;
         return Some(None);
     };
     let name = checker.text(at, "second", &raw.second)?;
     if raw.first.as_ref().is_some_and(|f| *f.get_ref() == name) {
         let path = at.key("second");
-        checker.fault(given.span(), Fault::SameFlank { path });
+        checker.fault(given.span(), SceneFault::SameFlank { path });
         return None;
     }
     Some(Some(name))
 }
 
 /// Crown of a flank; `Some(None)` if it has none.
-fn crown(checker: &mut Checker, at: &Table, raw: &RawContact) -> Option<Option<CrownSpec>> {
+fn crown(checker: &mut Checker, at: &SceneTable, raw: &RawContact) -> Option<Option<CrownSpec>> {
     if raw.crown_radius_m.is_none() {
         let others = places!(raw; crown_axis, crown_centre_m);
         let remedy = "say how strongly the flank is crowned, or leave both out";
-        checker.all_lack(at, &others, "crown_radius_m", remedy)?;
+        checker.note_missing_partners(at, &others, "crown_radius_m", remedy)?;
         return Some(None);
     }
     let radius = checker.number(at, "crown_radius_m", &raw.crown_radius_m);
@@ -124,14 +125,14 @@ pub fn damping(
     raw: &Spanned<RawDamping>,
     response: Option<&ResponseSpec>,
 ) -> Option<(DampingSpec, Vec<f64>)> {
-    let at = Table::of("damping", raw.span(), None);
+    let at = SceneTable::new("damping", raw.span(), None);
     let raw = raw.get_ref();
     let ratios = checker.numbers(&at, "modal_ratios", &raw.modal_ratios);
     let kept = response.and_then(|r| r.stuck_modes);
     if let (Some(ratios), Some(kept), Some(given)) = (&ratios, kept, &raw.modal_ratios)
         && ratios.len() > kept
     {
-        let fault = Fault::StuckModesNotKept {
+        let fault = SceneFault::StuckModesNotKept {
             given: ratios.len(),
             kept,
         };
@@ -144,7 +145,7 @@ pub fn damping(
 /// Damping of the modes that have no ratio of their own.
 fn ordinary(
     checker: &mut Checker,
-    at: &Table,
+    at: &SceneTable,
     raw: &RawDamping,
     response: Option<&ResponseSpec>,
 ) -> Option<DampingSpec> {
@@ -160,7 +161,7 @@ fn ordinary(
                 .linear_mode
                 .as_ref()
                 .map_or(at.span.clone(), Spanned::span);
-            checker.fault(span, Fault::LinearModeNotKept { linear_mode, kept });
+            checker.fault(span, SceneFault::LinearModeNotKept { linear_mode, kept });
         }
         return Some(DampingSpec::Ratio {
             ratio: ratio?,
@@ -170,12 +171,12 @@ fn ordinary(
     if let Some(mode) = &raw.linear_mode {
         checker.exclude(at, ("linear_mode", mode.span()), &rayleigh, remedy)?;
         let remedy = "say which ratio of critical damping that mode has";
-        checker.lacks(at, "linear_mode", "ratio", mode.span(), remedy);
+        checker.note_missing_partner(at, "linear_mode", "ratio", mode.span(), remedy);
         return None;
     }
     if rayleigh.iter().all(|(_, span)| span.is_none()) && raw.modal_ratios.is_none() {
         let keys = ["ratio", "stiffness_s", "mass_per_s", "modal_ratios"];
-        checker.none_of(at, &keys, "ratio");
+        checker.require_one_of(at, &keys, "ratio");
         return None;
     }
     let stiffness_s = checker.number(at, "stiffness_s", &raw.stiffness_s);

@@ -4,9 +4,9 @@ use std::path::Path;
 
 use serde_spanned::Spanned;
 
-use super::fields::{Checker, Table, places, unit};
+use super::fields::{Checker, SceneTable, places, unit};
 use crate::scene::entries::{RawCyclic, RawRotation, RawScene};
-use crate::scene::error::Fault;
+use crate::scene::error::SceneFault;
 use crate::scene::raw::Located;
 use dovetail_solver::description::EngineOrder;
 use dovetail_solver::model::{CyclicSpec, InfluenceSource, InfluenceSpec};
@@ -22,7 +22,7 @@ pub fn cyclic(
     rotation: Option<&Spanned<RawRotation>>,
     run_up: Option<EngineOrder>,
 ) -> Option<CyclicSpec> {
-    let at = Table::of("cyclic", raw.span(), None);
+    let at = SceneTable::new("cyclic", raw.span(), None);
     let raw = raw.get_ref();
     let rotation = rotation.map(Spanned::get_ref);
     let sectors = checker.count(&at, "sectors", &raw.sectors);
@@ -32,7 +32,7 @@ pub fn cyclic(
         (None, run_up) => Some(run_up.map_or(0, |order| order.0)),
         (given, None) => checker.count(&at, "engine_order", given),
         (Some(given), Some(_)) => {
-            let fault = Fault::Exclusive {
+            let fault = SceneFault::Exclusive {
                 first: at.key("engine_order"),
                 second: "response.along_engine_order".to_owned(),
                 remedy: "a run-up makes the waves of its own engine order: leave out `engine_order` of [cyclic]",
@@ -42,9 +42,9 @@ pub fn cyclic(
         }
     };
     let influence = influence(checker, base_dir, &at, raw);
-    let own = checker.optional_direction(&at, "axis", &raw.axis)?;
+    let own_axis = checker.optional_direction(&at, "axis", &raw.axis)?;
     let turns_about = rotation.and_then(|r| unit(r.axis.as_ref()?.get_ref().0));
-    let Some(axis) = own.or(turns_about) else {
+    let Some(axis) = own_axis.or(turns_about) else {
         // A rotation without an axis has a fault of its own.
         if rotation.is_none() {
             checker.missing(&at, "axis");
@@ -62,9 +62,9 @@ pub fn cyclic(
         let beside = cross(turns, sub(point_m, other_m));
         let is_beside = norm(beside) > ALONG * (norm(point_m) + norm(other_m));
         let differs = [norm(cross(axis, turns)) > ALONG, is_beside];
-        let own = places!(raw; axis, point_m).into_iter().zip(differs);
-        if let Some(((key, span), _)) = own.into_iter().find(|(_, differs)| *differs) {
-            let fault = Fault::Exclusive {
+        let differing = places!(raw; axis, point_m).into_iter().zip(differs);
+        if let Some(((key, span), _)) = differing.into_iter().find(|(_, differs)| *differs) {
+            let fault = SceneFault::Exclusive {
                 first: at.key(key),
                 second: format!("rotation.{key}"),
                 remedy: "a disc turns about its own axis: leave out `axis` and `point_m` of [cyclic], which \
@@ -77,7 +77,7 @@ pub fn cyclic(
     if let Some(prestress) = rotation.and_then(|r| r.prestress.as_ref())
         && prestress.get_ref() == "held_flanks"
     {
-        let fault = Fault::Exclusive {
+        let fault = SceneFault::Exclusive {
             first: "rotation.prestress = \"held_flanks\"".to_owned(),
             second: "[cyclic]".to_owned(),
             remedy: "it holds the faces of the sector, too, where the stress of the disc is: take \
@@ -101,13 +101,13 @@ pub fn cyclic(
 fn influence(
     checker: &mut Checker,
     base_dir: &Path,
-    at: &Table,
+    at: &SceneTable,
     raw: &RawCyclic,
 ) -> Option<Option<InfluenceSpec>> {
     if raw.influence.is_none() {
         let others = places!(raw; influence_on);
         let remedy = "give the file of the aerodynamic influence, or leave both out";
-        checker.all_lack(at, &others, "influence", remedy)?;
+        checker.note_missing_partners(at, &others, "influence", remedy)?;
         return Some(None);
     }
     let file = checker.text(at, "influence", &raw.influence);
@@ -122,7 +122,7 @@ fn influence(
 }
 
 /// Checks that there is a disc where a contact is with its next sector.
-pub fn of_contacts(checker: &mut Checker, raw: &RawScene) {
+pub fn check_contacts(checker: &mut Checker, raw: &RawScene) {
     if raw.cyclic.is_some() {
         return;
     }
@@ -132,8 +132,8 @@ pub fn of_contacts(checker: &mut Checker, raw: &RawScene) {
         let Some(next) = next.filter(|sector| sector.get_ref() == "next") else {
             continue;
         };
-        let at = Table::of("contact", contact.span(), Some((index, &of_contact.name)));
-        let fault = Fault::Lacks {
+        let at = SceneTable::new("contact", contact.span(), Some((index, &of_contact.name)));
+        let fault = SceneFault::Lacks {
             path: at.key("second_sector"),
             needs: "[cyclic]".to_owned(),
             remedy: "give a section [cyclic] with the faces at which the sectors meet, or leave out \
@@ -146,7 +146,7 @@ pub fn of_contacts(checker: &mut Checker, raw: &RawScene) {
 /// Names of groups, at least one.
 fn faces(
     checker: &mut Checker,
-    at: &Table,
+    at: &SceneTable,
     key: &'static str,
     list: &Located<Vec<Spanned<String>>>,
 ) -> Option<Vec<String>> {
@@ -154,7 +154,7 @@ fn faces(
         checker.missing(at, key);
         return None;
     };
-    let groups = checker.at_least_one(at, key, list)?;
+    let groups = checker.non_empty(at, key, list)?;
     let mut names = Vec::with_capacity(groups.len());
     for name in groups {
         names.push(checker.text(at, key, &Some(name.clone()))?);

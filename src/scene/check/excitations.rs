@@ -5,10 +5,10 @@ use std::path::Path;
 
 use serde_spanned::Spanned;
 
-use super::fields::{Checker, Table, places};
-use super::loads::{self, Sizes};
+use super::fields::{Checker, SceneTable, places};
+use super::loads::{self, LoadSizeKeys};
 use crate::scene::entries::RawExcitation;
-use crate::scene::error::Fault;
+use crate::scene::error::SceneFault;
 use dovetail_solver::description::ResponseSpec;
 use dovetail_solver::model::{BaseMotion, ExcitationKind, ExcitationSpec, FieldSource, LoadSpec};
 
@@ -18,7 +18,7 @@ pub fn excitations(
     raw: &[Spanned<RawExcitation>],
     response: Option<&ResponseSpec>,
 ) -> Option<Vec<ExcitationSpec>> {
-    let excitation = |checker: &mut Checker, at: &Table, raw: &RawExcitation| {
+    let excitation = |checker: &mut Checker, at: &SceneTable, raw: &RawExcitation| {
         let cause = kind(checker, at, base_dir, raw);
         let harmonic = harmonic(checker, at, raw, response);
         let phase_deg = checker.number(at, "phase_deg", &raw.phase_deg);
@@ -35,7 +35,7 @@ pub fn excitations(
 
 fn harmonic(
     checker: &mut Checker,
-    at: &Table,
+    at: &SceneTable,
     raw: &RawExcitation,
     response: Option<&ResponseSpec>,
 ) -> Option<usize> {
@@ -43,7 +43,7 @@ fn harmonic(
     let kept = response.map(|r| r.resolution.most_harmonics());
     if let Some(harmonics) = kept.filter(|kept| harmonic > *kept) {
         let span = raw.harmonic.as_ref().map_or(at.span.clone(), Spanned::span);
-        let fault = Fault::HarmonicNotKept {
+        let fault = SceneFault::HarmonicNotKept {
             path: at.key("harmonic"),
             harmonic,
             harmonics,
@@ -56,11 +56,11 @@ fn harmonic(
 /// Kind and amplitude of an excitation.
 fn kind(
     checker: &mut Checker,
-    at: &Table,
+    at: &SceneTable,
     base_dir: &Path,
     raw: &RawExcitation,
 ) -> Option<(ExcitationKind, f64)> {
-    let size = Sizes {
+    let size = LoadSizeKeys {
         force_n: &raw.force_n,
         traction_pa: &raw.traction_pa,
         pressure_pa: &raw.pressure_pa,
@@ -77,14 +77,14 @@ fn kind(
             BaseMotion::Displacement,
         ),
     ];
-    let mut causes = size.given();
+    let mut causes = size.keys();
     causes.extend(places!(raw; file, base_acceleration_m_s2, base_displacement_m));
     let remedy = "keep one of `force_n`, `traction_pa`, `pressure_pa`, `file`, `base_acceleration_m_s2` and \
                   `base_displacement_m`, and write another [[excitation]] for what acts besides";
-    let (key, span) = checker.one_of(at, &causes, remedy)?;
+    let (key, span) = checker.pick_one(at, &causes, remedy)?;
     if let (Some(factor), true) = (&raw.factor, key != "file") {
         let remedy = "`factor` multiplies the values of a `file`; leave it out";
-        checker.lacks(at, "factor", "file", factor.span(), remedy);
+        checker.note_missing_partner(at, "factor", "file", factor.span(), remedy);
     }
     if let Some((_, base, motion)) = bases.into_iter().find(|base| base.0 == key) {
         let amplitude = checker.number(at, key, base);
@@ -105,7 +105,7 @@ fn kind(
 
 fn field(
     checker: &mut Checker,
-    at: &Table,
+    at: &SceneTable,
     base_dir: &Path,
     raw: &RawExcitation,
     span: Range<usize>,

@@ -6,11 +6,11 @@ use std::str::FromStr;
 
 use serde_spanned::Spanned;
 
-use crate::scene::error::{Fault, Problem};
+use crate::scene::error::{SceneFault, SceneProblem};
 use crate::scene::keys;
-use crate::scene::kinds::{Kind, Limits};
+use crate::scene::kinds::{Limits, ValueKind};
 use crate::scene::raw::{Count, Located, Number, NumberOrList, Numbers};
-use crate::scene::source::Source;
+use crate::scene::source::SourceTexts;
 
 /// Places of these keys of a table; `None` for those that are not given.
 macro_rules! places {
@@ -22,7 +22,7 @@ pub(super) use places;
 
 /// Table of the scene, and its name in messages.
 #[derive(Debug, Clone)]
-pub struct Table {
+pub struct SceneTable {
     pub section: &'static str,
     /// Path as in `--set`: `response`, `contact.left`; empty for the top of the file.
     pub path: String,
@@ -30,19 +30,19 @@ pub struct Table {
     pub span: Range<usize>,
 }
 
-impl Table {
+impl SceneTable {
     /// Table named `section` or, with a name or a number, `section.name`.
-    pub fn of(
+    pub fn new(
         section: &'static str,
         span: Range<usize>,
         item: Option<(usize, &Located<String>)>,
-    ) -> Table {
+    ) -> SceneTable {
         let path = match item {
             None => section.to_owned(),
             Some((index, None)) => format!("{section}.{index}"),
             Some((_, Some(name))) => format!("{section}.{}", name.get_ref()),
         };
-        Table {
+        SceneTable {
             section,
             path,
             span,
@@ -58,16 +58,16 @@ impl Table {
 
 /// Problems found so far.
 pub struct Checker<'a> {
-    pub source: &'a Source<'a>,
-    pub problems: Vec<Problem>,
+    pub source: &'a SourceTexts<'a>,
+    pub problems: Vec<SceneProblem>,
 }
 
 impl<'a> Checker<'a> {
     /// Result of a check, or every problem that it notes, in the order of the text.
     pub fn run<T>(
-        source: &'a Source<'a>,
+        source: &'a SourceTexts<'a>,
         check: impl FnOnce(&mut Self) -> Option<T>,
-    ) -> Result<T, Vec<Problem>> {
+    ) -> Result<T, Vec<SceneProblem>> {
         let mut checker = Self {
             source,
             problems: Vec::new(),
@@ -83,22 +83,22 @@ impl<'a> Checker<'a> {
 }
 
 impl Checker<'_> {
-    pub fn fault(&mut self, span: Range<usize>, fault: Fault) {
+    pub fn fault(&mut self, span: Range<usize>, fault: SceneFault) {
         self.problems.push(self.source.problem(span, fault));
     }
 
-    pub fn missing(&mut self, table: &Table, key: &'static str) {
+    pub fn missing(&mut self, table: &SceneTable, key: &'static str) {
         let example = self.source.vocabulary.example(table.section, key);
         let path = table.key(key);
-        self.fault(table.span.clone(), Fault::MissingKey { path, example });
+        self.fault(table.span.clone(), SceneFault::MissingKey { path, example });
     }
 
     /// Notes a fault for a table that has none of these keys. The message shows how `shown` is
     /// written.
-    pub fn none_of(&mut self, table: &Table, keys: &[&str], shown: &str) {
+    pub fn require_one_of(&mut self, table: &SceneTable, keys: &[&str], shown: &str) {
         let paths = keys.iter().map(|key| table.key(key)).collect();
         let example = self.source.vocabulary.example(table.section, shown);
-        self.fault(table.span.clone(), Fault::NoneOf { paths, example });
+        self.fault(table.span.clone(), SceneFault::NoneOf { paths, example });
     }
 
     /// Checks each item of a list by `check`, and that no two have the same name. Items of a list
@@ -108,12 +108,12 @@ impl Checker<'_> {
         section: &'static str,
         raw: &[Spanned<R>],
         name: impl Fn(&R) -> &Located<String>,
-        mut check: impl FnMut(&mut Self, &Table, &R) -> Option<S>,
+        mut check: impl FnMut(&mut Self, &SceneTable, &R) -> Option<S>,
     ) -> Option<Vec<S>> {
         let (mut specs, mut names) = (Vec::new(), Vec::new());
         for (index, item) in raw.iter().enumerate() {
             let name = name(item.get_ref());
-            let at = Table::of(section, item.span(), Some((index, name)));
+            let at = SceneTable::new(section, item.span(), Some((index, name)));
             let named = |n: &Spanned<String>| (at.key("name"), n.get_ref().clone(), n.span());
             names.extend(name.iter().map(named));
             specs.push(check(self, &at, item.get_ref()));
@@ -125,7 +125,7 @@ impl Checker<'_> {
     /// Notes that a key has the wrong type; `message` says what is expected.
     pub fn wrong_type(
         &mut self,
-        table: &Table,
+        table: &SceneTable,
         key: &'static str,
         span: Range<usize>,
         message: String,
@@ -134,7 +134,7 @@ impl Checker<'_> {
         let path = table.key(key);
         self.fault(
             span,
-            Fault::WrongType {
+            SceneFault::WrongType {
                 path,
                 message,
                 example,
@@ -143,9 +143,9 @@ impl Checker<'_> {
     }
 
     /// Returns the items of a list that has at least one.
-    pub fn at_least_one<'l, T>(
+    pub fn non_empty<'l, T>(
         &mut self,
-        table: &Table,
+        table: &SceneTable,
         key: &'static str,
         list: &'l Spanned<Vec<T>>,
     ) -> Option<&'l [T]> {
@@ -158,7 +158,7 @@ impl Checker<'_> {
     }
 
     /// Returns the type of a key with its limits and choices, as the vocabulary declares them.
-    fn kind(&self, table: &Table, key: &str) -> Option<Kind> {
+    fn kind(&self, table: &SceneTable, key: &str) -> Option<ValueKind> {
         let declared = self.source.vocabulary.key(table.section, key);
         let kind = declared.map(|k| k.kind);
         debug_assert!(kind.is_some(), "{} is not declared", table.key(key));
@@ -166,7 +166,7 @@ impl Checker<'_> {
     }
 
     /// Returns the default of a key if the vocabulary declares a value.
-    fn default_value(&self, table: &Table, key: &str) -> Option<toml::Value> {
+    fn default_value(&self, table: &SceneTable, key: &str) -> Option<toml::Value> {
         let declared = self.source.vocabulary.key(table.section, key)?;
         declared.default_value()
     }
@@ -175,7 +175,7 @@ impl Checker<'_> {
     /// default it is a fault.
     pub fn number(
         &mut self,
-        table: &Table,
+        table: &SceneTable,
         key: &'static str,
         value: &Located<Number>,
     ) -> Option<f64> {
@@ -191,7 +191,7 @@ impl Checker<'_> {
             return default;
         };
         let (unit, limits) = match self.kind(table, key) {
-            Some(Kind::Number(unit, limits)) => (unit, limits),
+            Some(ValueKind::Number(unit, limits)) => (unit, limits),
             _ => ("", Limits::ANY),
         };
         let Number(number) = *value.get_ref();
@@ -199,7 +199,7 @@ impl Checker<'_> {
             return Some(number);
         }
         let share = number / 100.0;
-        let fault = Fault::OutOfRange {
+        let fault = SceneFault::OutOfRange {
             path: table.key(key),
             value: number.to_string(),
             limits: limits.to_string(),
@@ -213,7 +213,7 @@ impl Checker<'_> {
     /// key is absent.
     pub fn numbers(
         &mut self,
-        table: &Table,
+        table: &SceneTable,
         key: &'static str,
         list: &Located<Vec<Spanned<Number>>>,
     ) -> Option<Vec<f64>> {
@@ -221,11 +221,11 @@ impl Checker<'_> {
             return Some(Vec::new());
         };
         let limits = match self.kind(table, key) {
-            Some(Kind::NumberList(_, limits)) => limits,
+            Some(ValueKind::NumberList(_, limits)) => limits,
             _ => Limits::ANY,
         };
         let mut numbers = Vec::new();
-        for item in self.at_least_one(table, key, list)? {
+        for item in self.non_empty(table, key, list)? {
             let Number(number) = *item.get_ref();
             if limits.contain(number) {
                 numbers.push(number);
@@ -240,7 +240,7 @@ impl Checker<'_> {
     /// limits of its key, and `true` if it is a list. An absent key has its default, one number.
     pub fn number_or_list(
         &mut self,
-        table: &Table,
+        table: &SceneTable,
         key: &'static str,
         value: &Located<NumberOrList>,
     ) -> Option<(Vec<f64>, bool)> {
@@ -248,7 +248,7 @@ impl Checker<'_> {
             return self.number(table, key, &None).map(|one| (vec![one], false));
         };
         let limits = match self.kind(table, key) {
-            Some(Kind::NumberOrList(_, limits)) => limits,
+            Some(ValueKind::NumberOrList(_, limits)) => limits,
             _ => Limits::ANY,
         };
         let (numbers, is_list) = match value.get_ref() {
@@ -270,7 +270,7 @@ impl Checker<'_> {
     /// Returns a number within the limits of its key, `Some(None)` if the key is absent.
     pub fn optional_number(
         &mut self,
-        table: &Table,
+        table: &SceneTable,
         key: &'static str,
         value: &Located<Number>,
     ) -> Option<Option<f64>> {
@@ -284,7 +284,7 @@ impl Checker<'_> {
     /// a default it is a fault.
     pub fn count(
         &mut self,
-        table: &Table,
+        table: &SceneTable,
         key: &'static str,
         value: &Located<Count>,
     ) -> Option<usize> {
@@ -304,7 +304,7 @@ impl Checker<'_> {
     /// key is absent.
     pub fn optional_count(
         &mut self,
-        table: &Table,
+        table: &SceneTable,
         key: &'static str,
         value: &Located<Count>,
         most: Option<usize>,
@@ -313,7 +313,7 @@ impl Checker<'_> {
             return Some(None);
         };
         let (least, declared) = match self.kind(table, key) {
-            Some(Kind::Whole(least, most)) => (least.unwrap_or(1), most),
+            Some(ValueKind::Whole(least, most)) => (least.unwrap_or(1), most),
             _ => (0, None),
         };
         let Count(count) = *value.get_ref();
@@ -333,13 +333,13 @@ impl Checker<'_> {
 
     fn out_of_range(
         &mut self,
-        table: &Table,
+        table: &SceneTable,
         key: &str,
         span: Range<usize>,
         value: impl std::fmt::Display,
         limits: String,
     ) {
-        let fault = Fault::OutOfRange {
+        let fault = SceneFault::OutOfRange {
             path: table.key(key),
             value: value.to_string(),
             limits,
@@ -351,7 +351,7 @@ impl Checker<'_> {
     /// Returns a text that is not empty.
     pub fn text(
         &mut self,
-        table: &Table,
+        table: &SceneTable,
         key: &'static str,
         value: &Located<String>,
     ) -> Option<String> {
@@ -361,7 +361,7 @@ impl Checker<'_> {
         };
         if value.get_ref().trim().is_empty() {
             let path = table.key(key);
-            self.fault(value.span(), Fault::EmptyText { path });
+            self.fault(value.span(), SceneFault::EmptyText { path });
             return None;
         }
         Some(value.get_ref().clone())
@@ -373,14 +373,14 @@ impl Checker<'_> {
         if is_name(&name) {
             return Some(name);
         }
-        self.fault(value.span(), Fault::BadName { path, name });
+        self.fault(value.span(), SceneFault::BadName { path, name });
         None
     }
 
     /// Returns the choice whose word is given, or the default.
     pub fn choice<T: FromStr + Default>(
         &mut self,
-        table: &Table,
+        table: &SceneTable,
         key: &'static str,
         value: &Located<String>,
     ) -> Option<T> {
@@ -391,12 +391,12 @@ impl Checker<'_> {
     /// Returns the choice whose word is given, `Some(None)` if the key is absent.
     pub fn optional_choice<T: FromStr>(
         &mut self,
-        table: &Table,
+        table: &SceneTable,
         key: &'static str,
         value: &Located<String>,
     ) -> Option<Option<T>> {
         let words = match self.kind(table, key) {
-            Some(Kind::Choice(words) | Kind::Choices(words)) => words,
+            Some(ValueKind::Choice(words) | ValueKind::Choices(words)) => words,
             _ => &[],
         };
         match value {
@@ -408,14 +408,14 @@ impl Checker<'_> {
     /// Returns the choice with this word, which is one of `valid`.
     pub fn word<T: FromStr>(
         &mut self,
-        table: &Table,
+        table: &SceneTable,
         key: &'static str,
         word: &Spanned<String>,
         valid: &'static [&'static str],
     ) -> Option<T> {
-        let found = word.get_ref().parse().ok();
-        if found.is_none() {
-            let fault = Fault::UnknownChoice {
+        let parsed = word.get_ref().parse().ok();
+        if parsed.is_none() {
+            let fault = SceneFault::UnknownChoice {
                 path: table.key(key),
                 value: word.get_ref().clone(),
                 valid,
@@ -423,13 +423,13 @@ impl Checker<'_> {
             };
             self.fault(word.span(), fault);
         }
-        found
+        parsed
     }
 
     /// Returns a direction, scaled to unit length.
     pub fn direction(
         &mut self,
-        table: &Table,
+        table: &SceneTable,
         key: &'static str,
         value: &Located<Numbers<3>>,
     ) -> Option<[f64; 3]> {
@@ -440,7 +440,7 @@ impl Checker<'_> {
         let unit = unit(value.get_ref().0);
         if unit.is_none() {
             let path = table.key(key);
-            self.fault(value.span(), Fault::ZeroDirection { path });
+            self.fault(value.span(), SceneFault::ZeroDirection { path });
         }
         unit
     }
@@ -448,7 +448,7 @@ impl Checker<'_> {
     /// Returns a direction, scaled to unit length, `Some(None)` if the key is absent.
     pub fn optional_direction(
         &mut self,
-        table: &Table,
+        table: &SceneTable,
         key: &'static str,
         value: &Located<Numbers<3>>,
     ) -> Option<Option<[f64; 3]>> {
@@ -459,16 +459,16 @@ impl Checker<'_> {
     }
 
     /// Notes a fault for a key that has no meaning without another.
-    pub fn lacks(
+    pub fn note_missing_partner(
         &mut self,
-        at: &Table,
+        at: &SceneTable,
         key: &str,
         needs: &str,
         span: Range<usize>,
         remedy: &'static str,
     ) {
         let (path, needs) = (at.key(key), at.key(needs));
-        let fault = Fault::Lacks {
+        let fault = SceneFault::Lacks {
             path,
             needs,
             remedy,
@@ -477,16 +477,16 @@ impl Checker<'_> {
     }
 
     /// Notes a fault for the first of these keys that is given: it has no meaning without another.
-    pub fn all_lack(
+    pub fn note_missing_partners(
         &mut self,
-        at: &Table,
+        at: &SceneTable,
         keys: &[(&str, Option<Range<usize>>)],
         needs: &str,
         remedy: &'static str,
     ) -> Option<()> {
         for (key, span) in keys {
             if let Some(span) = span {
-                self.lacks(at, key, needs, span.clone(), remedy);
+                self.note_missing_partner(at, key, needs, span.clone(), remedy);
                 return None;
             }
         }
@@ -496,14 +496,14 @@ impl Checker<'_> {
     /// Notes a fault for the first of `others` that is given in addition to `given`.
     pub fn exclude(
         &mut self,
-        at: &Table,
+        at: &SceneTable,
         given: (&str, Range<usize>),
         others: &[(&str, Option<Range<usize>>)],
         remedy: &'static str,
     ) -> Option<()> {
         for (other, span) in others {
             if let Some(span) = span {
-                let fault = Fault::Exclusive {
+                let fault = SceneFault::Exclusive {
                     first: at.key(given.0),
                     second: at.key(other),
                     remedy,
@@ -519,9 +519,9 @@ impl Checker<'_> {
     }
 
     /// Returns the one of these keys that is given, with its place.
-    pub fn one_of(
+    pub fn pick_one(
         &mut self,
-        at: &Table,
+        at: &SceneTable,
         keys: &[(&'static str, Option<Range<usize>>)],
         remedy: &'static str,
     ) -> Option<(&'static str, Range<usize>)> {
@@ -531,7 +531,7 @@ impl Checker<'_> {
             .and_then(|i| Some((i, keys[i].0, keys[i].1.clone()?)));
         let Some((first, key, span)) = given else {
             let names: Vec<&str> = keys.iter().map(|(key, _)| *key).collect();
-            self.none_of(at, &names, names[0]);
+            self.require_one_of(at, &names, names[0]);
             return None;
         };
         self.exclude(at, (key, span.clone()), &keys[first + 1..], remedy)?;
@@ -539,7 +539,7 @@ impl Checker<'_> {
     }
 
     /// Returns the `name` that every item of a list must have.
-    pub fn required_name(&mut self, at: &Table, name: &Located<String>) -> Option<String> {
+    pub fn required_name(&mut self, at: &SceneTable, name: &Located<String>) -> Option<String> {
         match name {
             Some(name) => self.name(at.key("name"), name),
             None => {
@@ -556,7 +556,7 @@ impl Checker<'_> {
             let first: &Range<usize> = firsts.entry(name).or_insert(span);
             // One `--set` may name several elements alike: their spans are equal.
             if !std::ptr::eq(first, span) {
-                let fault = Fault::Duplicate {
+                let fault = SceneFault::Duplicate {
                     path: path.clone(),
                     name: name.clone(),
                 };

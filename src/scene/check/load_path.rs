@@ -4,9 +4,9 @@ use std::f64::consts::PI;
 
 use serde_spanned::Spanned;
 
-use super::fields::{Checker, Table};
+use super::fields::{Checker, SceneTable};
 use crate::scene::entries::{RawPathPoint, RawScene};
-use crate::scene::error::Fault;
+use crate::scene::error::SceneFault;
 use dovetail_solver::description::{LoadMultiples, PathPoint};
 
 const SECTION: &str = "static.path";
@@ -33,7 +33,7 @@ pub fn load_path(checker: &mut Checker, raw: &RawScene) -> Option<Vec<PathPoint>
 /// Speed of a point, rad/s, which only what rotates has.
 fn speed(
     checker: &mut Checker,
-    at: &Table,
+    at: &SceneTable,
     point: &RawPathPoint,
     raw: &RawScene,
 ) -> Option<Option<f64>> {
@@ -49,7 +49,7 @@ fn speed(
             "give a section [rotation] with an axis, where a speed_rpm of 0 is one at rest, or leave \
              `speed_rpm` out and give `loads`"
         };
-        let fault = Fault::Lacks {
+        let fault = SceneFault::Lacks {
             path: at.key(key),
             needs: "[rotation]".to_owned(),
             remedy,
@@ -57,8 +57,8 @@ fn speed(
         checker.fault(speed.span(), fault);
         return None;
     }
-    if let (Some(speed), Some(body)) = (&point.speed_rpm, at_rest_with_matrices(raw)) {
-        let fault = Fault::Exclusive {
+    if let (Some(speed), Some(body)) = (&point.speed_rpm, resting_matrix_body(raw)) {
+        let fault = SceneFault::Exclusive {
             first: at.key(key),
             second: format!("body.{body}.stiffness_file"),
             remedy: "matrices of another program have no centrifugal load at a speed: leave the body out \
@@ -72,7 +72,7 @@ fn speed(
 
 /// Name of a body with matrices of another program that rotates, where the speed of the scene is 0.
 /// At other speeds such a body is refused whatever the path is.
-fn at_rest_with_matrices(raw: &RawScene) -> Option<&str> {
+fn resting_matrix_body(raw: &RawScene) -> Option<&str> {
     let rotation = raw.rotation.as_ref()?.get_ref();
     if rotation.speed_rpm.as_ref()?.get_ref().0 != 0.0 {
         return None;
@@ -93,7 +93,7 @@ fn at_rest_with_matrices(raw: &RawScene) -> Option<&str> {
 /// Multiples of the loads at a point.
 fn loads(
     checker: &mut Checker,
-    at: &Table,
+    at: &SceneTable,
     point: &RawPathPoint,
     raw: &RawScene,
 ) -> Option<LoadMultiples> {
@@ -104,7 +104,7 @@ fn loads(
     };
     let count = raw.load.len();
     if raw.reduced_model.is_none() && count == 0 {
-        let fault = Fault::Lacks {
+        let fault = SceneFault::Lacks {
             path: at.key(key),
             needs: "[[load]]".to_owned(),
             remedy: "the scene has no [[load]] that it could multiply: the load of a rotation follows \

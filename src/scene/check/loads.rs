@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use serde_spanned::Spanned;
 
-use super::fields::{Checker, Table, places};
+use super::fields::{Checker, SceneTable, places};
 use crate::scene::entries::RawLoad;
 use crate::scene::raw::{Located, Number, Numbers};
 use dovetail_solver::model::{LoadKind, LoadSpec};
@@ -13,9 +13,9 @@ pub fn loads(checker: &mut Checker, raw: &[Spanned<RawLoad>]) -> Option<Vec<Load
     checker.items("load", raw, |_| &None, steady_load)
 }
 
-fn steady_load(checker: &mut Checker, at: &Table, raw: &RawLoad) -> Option<LoadSpec> {
+fn steady_load(checker: &mut Checker, at: &SceneTable, raw: &RawLoad) -> Option<LoadSpec> {
     let on = checker.text(at, "on", &raw.on);
-    let size = Sizes {
+    let size = LoadSizeKeys {
         force_n: &raw.force_n,
         traction_pa: &raw.traction_pa,
         pressure_pa: &raw.pressure_pa,
@@ -28,15 +28,15 @@ fn steady_load(checker: &mut Checker, at: &Table, raw: &RawLoad) -> Option<LoadS
 }
 
 /// Keys for the size of a load.
-pub struct Sizes<'a> {
+pub struct LoadSizeKeys<'a> {
     pub force_n: &'a Located<Number>,
     pub traction_pa: &'a Located<Number>,
     pub pressure_pa: &'a Located<Number>,
 }
 
-impl Sizes<'_> {
+impl LoadSizeKeys<'_> {
     /// Name of each key and its place; the place is `None` if the key is not given.
-    pub fn given(&self) -> Vec<(&'static str, Option<Range<usize>>)> {
+    pub fn keys(&self) -> Vec<(&'static str, Option<Range<usize>>)> {
         places!(self; force_n, traction_pa, pressure_pa).to_vec()
     }
 }
@@ -44,13 +44,13 @@ impl Sizes<'_> {
 /// Load of unit size, and its amplitude.
 pub fn load(
     checker: &mut Checker,
-    at: &Table,
-    size: &Sizes,
+    at: &SceneTable,
+    size: &LoadSizeKeys,
     direction: &Located<Numbers<3>>,
 ) -> Option<(LoadKind, f64)> {
     let remedy = "keep one of `force_n` (the whole force), `traction_pa` (force over area), both with `direction`, and \
                   `pressure_pa` (along the inward normal)";
-    let (key, span) = checker.one_of(at, &size.given(), remedy)?;
+    let (key, span) = checker.pick_one(at, &size.keys(), remedy)?;
     if key == "pressure_pa" {
         let pressure = checker.number(at, key, size.pressure_pa);
         let direction = direction.as_ref().map(Spanned::span);

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use serde_spanned::Spanned;
 
-use super::fields::{Checker, Table, places};
+use super::fields::{Checker, SceneTable, places};
 use crate::scene::entries::RawMesh;
 use crate::scene::raw::{Located, Number};
 use dovetail_mesh::units::Units;
@@ -33,15 +33,15 @@ pub fn mesh(
             units: None,
         });
     };
-    let at = Table::of("mesh", raw.span(), None);
+    let at = SceneTable::new("mesh", raw.span(), None);
     let raw = raw.get_ref();
     let has_source = needed || raw.file.is_some() || raw.geometry.is_some();
     let kind = has_source.then(|| mesh_kind(checker, &at, base_dir, raw));
-    let found = units(checker, &at, &raw.metres_per_unit, &raw.units);
-    if has_source && found == Some(None) {
-        checker.none_of(&at, &["units", "metres_per_unit"], "units");
+    let units_given = units(checker, &at, &raw.metres_per_unit, &raw.units);
+    if has_source && units_given == Some(None) {
+        checker.require_one_of(&at, &["units", "metres_per_unit"], "units");
     }
-    let units = found?;
+    let units = units_given?;
     let source = match kind {
         None => None,
         Some(kind) => Some(MeshSource {
@@ -55,7 +55,7 @@ pub fn mesh(
 /// Units of a file; `Some(None)` if they are not given.
 pub fn units(
     checker: &mut Checker,
-    at: &Table,
+    at: &SceneTable,
     metres: &Located<Number>,
     words: &Located<String>,
 ) -> Option<Option<Units>> {
@@ -78,7 +78,7 @@ pub fn units(
 
 fn mesh_kind(
     checker: &mut Checker,
-    at: &Table,
+    at: &SceneTable,
     base_dir: &Path,
     raw: &RawMesh,
 ) -> Option<MeshKind> {
@@ -93,7 +93,7 @@ fn mesh_kind(
         });
     }
     if raw.geometry.is_none() {
-        checker.none_of(at, &["geometry", "file"], "file");
+        checker.require_one_of(at, &["geometry", "file"], "file");
         return None;
     }
     let script = checker.text(at, "geometry", &raw.geometry);
@@ -108,11 +108,11 @@ fn mesh_kind(
         (Some(present), None) => {
             let remedy = "say which `parameters` the ready mesh was made with (`{}` for the script's own values), \
                           so that it is not taken for another mesh";
-            checker.lacks(at, file, made_with, present.span(), remedy);
+            checker.note_missing_partner(at, file, made_with, present.span(), remedy);
         }
         (None, Some(present)) => {
             let remedy = "name the ready mesh they belong to, or leave them out";
-            checker.lacks(at, made_with, file, present.span(), remedy);
+            checker.note_missing_partner(at, made_with, file, present.span(), remedy);
         }
     }
     let fallback = match fallback {

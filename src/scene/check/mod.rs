@@ -24,26 +24,30 @@ mod springs;
 
 use std::path::Path;
 
-use fields::{Checker, Table};
+use fields::{Checker, SceneTable};
 
 use super::entries;
 use super::entries::{RawBody, RawScene};
-use super::error::{Fault, Problem};
-use super::keys::Shape;
-use super::source::Source;
+use super::error::{SceneFault, SceneProblem};
+use super::keys::SectionShape;
+use super::source::SourceTexts;
 use dovetail_solver::description::{ResponseSpec, Scene, StaticSpec, Subject};
 use dovetail_solver::model::Assembly;
 
 /// Returns the checked scene, or every problem in the order of the text.
-pub fn scene(source: &Source, base_dir: &Path, raw: RawScene) -> Result<Scene, Vec<Problem>> {
-    Checker::run(source, |checker| whole(checker, base_dir, raw))
+pub fn scene(
+    source: &SourceTexts,
+    base_dir: &Path,
+    raw: RawScene,
+) -> Result<Scene, Vec<SceneProblem>> {
+    Checker::run(source, |checker| check_scene(checker, base_dir, raw))
 }
 
-fn whole(checker: &mut Checker, base_dir: &Path, raw: RawScene) -> Option<Scene> {
+fn check_scene(checker: &mut Checker, base_dir: &Path, raw: RawScene) -> Option<Scene> {
     let name = match &raw.name {
         Some(name) => checker.name("name".to_owned(), name),
         None => {
-            let fault = Fault::MissingKey {
+            let fault = SceneFault::MissingKey {
                 path: "name".to_owned(),
                 example: entries::example("", "name"),
             };
@@ -60,7 +64,7 @@ fn whole(checker: &mut Checker, base_dir: &Path, raw: RawScene) -> Option<Scene>
     let (damping, modal_ratios) = damping.unzip();
     let subject = match &raw.reduced_model {
         Some(table) => {
-            reduced_model::stands_alone(checker, table.span(), &raw);
+            reduced_model::check_exclusive(checker, table.span(), &raw);
             reduced_model::reduced_model(checker, base_dir, table).map(Subject::ReducedModel)
         }
         None => assembly(checker, base_dir, &raw, response.as_ref())
@@ -69,7 +73,7 @@ fn whole(checker: &mut Checker, base_dir: &Path, raw: RawScene) -> Option<Scene>
     let engine_orders = response::engine_orders(checker, &raw.engine_order);
     let mission = response::mission(checker, &raw.mission);
     let table = raw.static_state.as_ref();
-    let at = Table::of("static", table.map_or(0..0, |table| table.span()), None);
+    let at = SceneTable::new("static", table.map_or(0..0, |table| table.span()), None);
     let load_steps = table.map_or(&None, |table| &table.get_ref().load_steps);
     let load_steps = checker.count(&at, "load_steps", load_steps);
     let path = load_path::load_path(checker, &raw);
@@ -109,7 +113,7 @@ fn assembly(
     let run_up = response.and_then(|r| r.along_engine_order);
     let symmetry =
         symmetry.map(|c| cyclic::cyclic(checker, base_dir, c, raw.rotation.as_ref(), run_up));
-    cyclic::of_contacts(checker, raw);
+    cyclic::check_contacts(checker, raw);
     let contacts = contacts::contacts(checker, base_dir, &raw.contact);
     let springs = springs::springs(checker, &raw.spring);
     let dashpots = springs::dashpots(checker, &raw.dashpot);
@@ -158,9 +162,9 @@ fn missing_sections(checker: &mut Checker, raw: &RawScene) {
         };
         if absent {
             let end = checker.source.text.len();
-            let fault = Fault::MissingSection {
+            let fault = SceneFault::MissingSection {
                 section: section.name,
-                list: section.shape == Shape::List,
+                list: section.shape == SectionShape::List,
                 example: section.example,
             };
             checker.fault(end..end, fault);

@@ -1,6 +1,6 @@
 //! Law of a pair as keys of a scene, read and written.
 
-use super::fields::{Checker, Table};
+use super::fields::{Checker, SceneTable};
 use crate::scene::raw::{Located, Number};
 use dovetail_solver::contact::PairLaw;
 use dovetail_solver::contact::penalty::PairStiffness;
@@ -32,7 +32,7 @@ pub(super) use law_keys;
 
 impl LawKeys<'_> {
     /// Checks the law. Pairs that are bonded do not require a coefficient of friction.
-    pub fn law(self, checker: &mut Checker, at: &Table, bonded: bool) -> Option<PairLaw> {
+    pub fn law(self, checker: &mut Checker, at: &SceneTable, bonded: bool) -> Option<PairLaw> {
         let friction = match self.friction {
             None if bonded => Some(0.0),
             given => checker.number(at, "friction", given),
@@ -52,7 +52,7 @@ impl LawKeys<'_> {
 /// Normal and tangential springs; `Some(None)` if the contact is rigid.
 fn stiffness(
     checker: &mut Checker,
-    at: &Table,
+    at: &SceneTable,
     springs: [(&'static str, &Located<Number>); 2],
 ) -> Option<Option<PairStiffness>> {
     let [normal, tangential] = springs.map(|(key, given)| {
@@ -62,7 +62,7 @@ fn stiffness(
     let mut lacks = |given: usize| {
         let [(key, place), (other, _)] = [springs[given], springs[1 - given]];
         let remedy = "give both, or leave both out: rigid contact";
-        checker.lacks(at, key, other, place.as_ref()?.span(), remedy);
+        checker.note_missing_partner(at, key, other, place.as_ref()?.span(), remedy);
         None
     };
     match (normal, tangential) {

@@ -2,30 +2,34 @@
 
 use serde_spanned::Spanned;
 
-use super::fields::{Checker, Table};
+use super::fields::{Checker, SceneTable};
 use crate::scene::entries::RawObserve;
-use crate::scene::error::Fault;
+use crate::scene::error::SceneFault;
 use dovetail_solver::model::ObservationSpec;
-use dovetail_solver::reduced::Quantity;
+use dovetail_solver::reduced::ObservedQuantity;
 
 pub fn observations(
     checker: &mut Checker,
     raw: &[Spanned<RawObserve>],
 ) -> Option<Vec<ObservationSpec>> {
-    let all = checker.items("observe", raw, |raw| &raw.name, observation)?;
-    if let (Some(spec), Some(item)) = (all.first(), raw.first())
-        && spec.quantity == Quantity::Strain
+    let observations = checker.items("observe", raw, |raw| &raw.name, observation)?;
+    if let (Some(spec), Some(item)) = (observations.first(), raw.first())
+        && spec.quantity == ObservedQuantity::Strain
     {
         let given = &item.get_ref().quantity;
         let span = given.as_ref().map_or(item.span(), Spanned::span);
         let path = format!("observe.{}.quantity", spec.name);
-        checker.fault(span, Fault::FirstIsStrain { path });
+        checker.fault(span, SceneFault::FirstIsStrain { path });
         return None;
     }
-    Some(all)
+    Some(observations)
 }
 
-fn observation(checker: &mut Checker, at: &Table, raw: &RawObserve) -> Option<ObservationSpec> {
+fn observation(
+    checker: &mut Checker,
+    at: &SceneTable,
+    raw: &RawObserve,
+) -> Option<ObservationSpec> {
     let name = checker.required_name(at, &raw.name);
     let points = checker.text(at, "points", &raw.points);
     let direction = checker.direction(at, "direction", &raw.direction);

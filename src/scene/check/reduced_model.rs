@@ -5,10 +5,10 @@ use std::path::Path;
 
 use serde_spanned::Spanned;
 
-use super::fields::{Checker, Table, places};
+use super::fields::{Checker, SceneTable, places};
 use super::pair_law::law_keys;
 use crate::scene::entries::{RawReducedModel, RawScene};
-use crate::scene::error::Fault;
+use crate::scene::error::SceneFault;
 use dovetail_solver::description::ReducedModelSpec;
 
 pub fn reduced_model(
@@ -16,7 +16,7 @@ pub fn reduced_model(
     base_dir: &Path,
     raw: &Spanned<RawReducedModel>,
 ) -> Option<ReducedModelSpec> {
-    let at = Table::of("reduced_model", raw.span(), None);
+    let at = SceneTable::new("reduced_model", raw.span(), None);
     let raw = raw.get_ref();
     let folder = checker.text(&at, "folder", &raw.folder);
     let keys = law_keys!(raw; normal_stiffness_n_m, tangential_stiffness_n_m);
@@ -30,7 +30,7 @@ pub fn reduced_model(
 }
 
 /// Notes a fault for every section that needs a mesh.
-pub fn stands_alone(checker: &mut Checker, own: Range<usize>, raw: &RawScene) {
+pub fn check_exclusive(checker: &mut Checker, own: Range<usize>, raw: &RawScene) {
     fn first<T>(list: &[Spanned<T>]) -> Option<Range<usize>> {
         list.first().map(Spanned::span)
     }
@@ -49,7 +49,7 @@ pub fn stands_alone(checker: &mut Checker, own: Range<usize>, raw: &RawScene) {
         .chain(lists)
     {
         let Some(span) = span else { continue };
-        let fault = Fault::Exclusive {
+        let fault = SceneFault::Exclusive {
             first: "reduced_model".to_owned(),
             second: section.to_owned(),
             remedy: "a scene is about a reduced model or about a mesh: keep [reduced_model] alone, whose folder \

@@ -2,9 +2,9 @@
 
 use serde_spanned::Spanned;
 
-use super::fields::{Checker, Table, places};
+use super::fields::{Checker, SceneTable, places};
 use crate::scene::entries::{RawEngineOrder, RawMission, RawResponse, RawScene};
-use crate::scene::error::Fault;
+use crate::scene::error::SceneFault;
 use crate::scene::raw::Number;
 use dovetail_solver::description::{
     EngineOrder, ExcitedOrder, FrequencyRange, MissionPart, ResponseSpec,
@@ -15,10 +15,10 @@ use dovetail_solver::dlft::settings::Resolution;
 const RUN_UP_POINTS: usize = 40;
 
 pub fn response(checker: &mut Checker, raw: &Spanned<RawResponse>) -> Option<ResponseSpec> {
-    let at = Table::of("response", raw.span(), None);
+    let at = SceneTable::new("response", raw.span(), None);
     let raw = raw.get_ref();
     let points = checker.optional_count(&at, "points", &raw.points, None);
-    let along = along_engine_order(checker, &at, raw);
+    let along = run_up_order(checker, &at, raw);
     let range = frequency_range(checker, &at, raw, points.flatten(), along.flatten());
     let (resolution, tolerance) = resolution(checker, &at, raw);
     let most = resolution.map(Resolution::most_harmonics);
@@ -34,7 +34,9 @@ pub fn response(checker: &mut Checker, raw: &Spanned<RawResponse>) -> Option<Res
     Some(ResponseSpec {
         range: range?,
         points: match (points?, along?) {
-            (None, Some(_)) if !matches!(range, Some(one) if is_one(one)) => Some(RUN_UP_POINTS),
+            (None, Some(_)) if !matches!(range, Some(one) if is_single_frequency(one)) => {
+                Some(RUN_UP_POINTS)
+            }
             (None, Some(_)) => Some(1),
             (points, _) => points,
         },
@@ -55,7 +57,7 @@ pub fn response(checker: &mut Checker, raw: &Spanned<RawResponse>) -> Option<Res
 /// Resolution (harmonics and samples, or an accuracy), and the given or resulting tolerance.
 fn resolution(
     checker: &mut Checker,
-    at: &Table,
+    at: &SceneTable,
     raw: &RawResponse,
 ) -> (Option<Resolution>, Option<f64>) {
     match (&raw.accuracy, &raw.harmonics) {
@@ -68,17 +70,17 @@ fn resolution(
             checker.number(at, "tolerance", &raw.tolerance),
         ),
         (None, None) => {
-            let resolution = by_default(checker, at, raw);
+            let resolution = default_resolution(checker, at, raw);
             (resolution, resolution.map(Resolution::tolerance))
         }
     }
 }
 
 /// Harmonics and samples as given.
-fn fixed(checker: &mut Checker, at: &Table, raw: &RawResponse) -> Option<Resolution> {
+fn fixed(checker: &mut Checker, at: &SceneTable, raw: &RawResponse) -> Option<Resolution> {
     let harmonics = match &raw.harmonics {
         Some(none) if none.get_ref().0 == 0 => {
-            checker.fault(none.span(), Fault::NoHarmonic);
+            checker.fault(none.span(), SceneFault::NoHarmonic);
             None
         }
         _ => checker.count(at, "harmonics", &raw.harmonics),
@@ -89,7 +91,7 @@ fn fixed(checker: &mut Checker, at: &Table, raw: &RawResponse) -> Option<Resolut
     if samples < least {
         let span = raw.samples.as_ref().or(raw.harmonics.as_ref());
         let span = span.map_or(at.span.clone(), Spanned::span);
-        let fault = Fault::TooFewSamples {
+        let fault = SceneFault::TooFewSamples {
             samples,
             harmonics,
             least,
@@ -101,11 +103,15 @@ fn fixed(checker: &mut Checker, at: &Table, raw: &RawResponse) -> Option<Resolut
 
 /// Default resolution, if neither harmonics nor an accuracy are given. Keys that need harmonics are
 /// a fault.
-fn by_default(checker: &mut Checker, at: &Table, raw: &RawResponse) -> Option<Resolution> {
+fn default_resolution(
+    checker: &mut Checker,
+    at: &SceneTable,
+    raw: &RawResponse,
+) -> Option<Resolution> {
     let of_harmonics = places!(raw; samples, tolerance);
     let remedy = "give response.harmonics, too (harmonics = 3), or leave this out: from response.accuracy, by \
                   default 0.01, harmonics, samples and tolerance follow";
-    checker.all_lack(at, &of_harmonics, "harmonics", remedy)?;
+    checker.note_missing_partners(at, &of_harmonics, "harmonics", remedy)?;
     let accuracy = checker.number(at, "accuracy", &raw.accuracy)?;
     Some(Resolution::Accuracy(accuracy))
 }
@@ -113,7 +119,7 @@ fn by_default(checker: &mut Checker, at: &Table, raw: &RawResponse) -> Option<Re
 /// Resolution by an accuracy. Keys that the accuracy determines must not be given.
 fn adapted(
     checker: &mut Checker,
-    at: &Table,
+    at: &SceneTable,
     raw: &RawResponse,
     accuracy: &Spanned<Number>,
 ) -> Option<Resolution> {
@@ -126,16 +132,16 @@ fn adapted(
 }
 
 /// Engine order of a run-up, which excludes keys that make sense at one speed alone.
-fn along_engine_order(
+fn run_up_order(
     checker: &mut Checker,
-    at: &Table,
+    at: &SceneTable,
     raw: &RawResponse,
 ) -> Option<Option<EngineOrder>> {
     let key = "along_engine_order";
     let Some(order) = &raw.along_engine_order else {
         let remedy = "a range of speeds is that of a run-up: give the engine order of the excitation, \
                       or the range as `frequency_hz`";
-        checker.all_lack(at, &places!(raw; speed_rpm), key, remedy)?;
+        checker.note_missing_partners(at, &places!(raw; speed_rpm), key, remedy)?;
         return Some(None);
     };
     let given = (key, order.span());
@@ -156,12 +162,12 @@ pub fn turns(checker: &mut Checker, raw: &RawScene) {
     let Some(order) = response.and_then(|r| r.along_engine_order.as_ref()) else {
         return;
     };
-    let at = Table::of("response", order.span(), None);
+    let at = SceneTable::new("response", order.span(), None);
     let statics = raw.static_state.as_ref().map(Spanned::get_ref);
     if let Some(tractions) = statics.and_then(|s| s.starting_tractions.as_ref())
         && tractions.get_ref().0 > 0
     {
-        let fault = Fault::Exclusive {
+        let fault = SceneFault::Exclusive {
             first: "static.starting_tractions".to_owned(),
             second: at.key("along_engine_order"),
             remedy: "in a run-up each speed has its own static state: ask for starting tractions in a \
@@ -170,7 +176,7 @@ pub fn turns(checker: &mut Checker, raw: &RawScene) {
         checker.fault(tractions.span(), fault);
     }
     let Some(rotation) = &raw.rotation else {
-        let fault = Fault::Lacks {
+        let fault = SceneFault::Lacks {
             path: at.key("along_engine_order"),
             needs: "[rotation]".to_owned(),
             remedy: if raw.reduced_model.is_some() {
@@ -186,7 +192,7 @@ pub fn turns(checker: &mut Checker, raw: &RawScene) {
     if let Some(speed) = &rotation.get_ref().speed_rpm
         && speed.get_ref().0 == 0.0
     {
-        let fault = Fault::OutOfRange {
+        let fault = SceneFault::OutOfRange {
             path: "rotation.speed_rpm".to_owned(),
             value: "0".to_owned(),
             limits: "above 0 with response.along_engine_order: the static state and the modes are \
@@ -203,7 +209,7 @@ pub fn engine_orders(
     checker: &mut Checker,
     raw: &[Spanned<RawEngineOrder>],
 ) -> Option<Vec<ExcitedOrder>> {
-    let order = |checker: &mut Checker, at: &Table, raw: &RawEngineOrder| {
+    let order = |checker: &mut Checker, at: &SceneTable, raw: &RawEngineOrder| {
         let order = checker.count(at, "order", &raw.order);
         let times = checker.optional_number(at, "times", &raw.times);
         Some(ExcitedOrder {
@@ -223,7 +229,7 @@ pub fn engine_orders(
 
 /// Vibrations that wear the contacts.
 pub fn mission(checker: &mut Checker, raw: &[Spanned<RawMission>]) -> Option<Vec<MissionPart>> {
-    let part = |checker: &mut Checker, at: &Table, raw: &RawMission| {
+    let part = |checker: &mut Checker, at: &SceneTable, raw: &RawMission| {
         let share = checker.number(at, "share", &raw.share);
         let frequency_hz = checker.optional_number(at, "frequency_hz", &raw.frequency_hz);
         let force_scale = checker.number(at, "force_scale", &raw.force_scale);
@@ -237,7 +243,7 @@ pub fn mission(checker: &mut Checker, raw: &[Spanned<RawMission>]) -> Option<Vec
 }
 
 /// Returns `true` if a range is one frequency.
-fn is_one(range: FrequencyRange) -> bool {
+fn is_single_frequency(range: FrequencyRange) -> bool {
     match range {
         FrequencyRange::Hz { from_hz, to_hz } => from_hz == to_hz,
         FrequencyRange::OfFirstLinearMode { from, to } => from == to,
@@ -246,23 +252,25 @@ fn is_one(range: FrequencyRange) -> bool {
 
 fn frequency_range(
     checker: &mut Checker,
-    at: &Table,
+    at: &SceneTable,
     raw: &RawResponse,
     points: Option<usize>,
     along: Option<EngineOrder>,
 ) -> Option<FrequencyRange> {
-    let all = [
+    let ranges = [
         ("frequency_hz", &raw.frequency_hz),
         ("times_first_linear_mode", &raw.times_first_linear_mode),
         ("speed_rpm", &raw.speed_rpm),
     ];
-    let mut given = all.into_iter().filter_map(|(k, v)| Some((k, v.as_ref()?)));
+    let mut given = ranges
+        .into_iter()
+        .filter_map(|(k, v)| Some((k, v.as_ref()?)));
     let Some((key, value)) = given.next() else {
         let other = match raw.along_engine_order {
             Some(_) => "speed_rpm",
             None => "times_first_linear_mode",
         };
-        checker.none_of(at, &["frequency_hz", other], other);
+        checker.require_one_of(at, &["frequency_hz", other], other);
         return None;
     };
     let others: Vec<_> = given.map(|(k, v)| (k, Some(v.span()))).collect();
@@ -273,7 +281,7 @@ fn frequency_range(
     let one_point = from == to && points.is_none_or(|points| points == 1);
     if from <= 0.0 || (from >= to && !one_point) {
         let path = at.key(key);
-        checker.fault(value.span(), Fault::EmptyRange { path, from, to });
+        checker.fault(value.span(), SceneFault::EmptyRange { path, from, to });
         return None;
     }
     Some(match (key, along) {

@@ -2,7 +2,7 @@
 
 use serde_spanned::Spanned;
 
-use super::fields::{Checker, Table};
+use super::fields::{Checker, SceneTable};
 use crate::scene::entries::{RawDashpot, RawSpring};
 use crate::scene::raw::Located;
 use dovetail_solver::model::{DashpotSpec, SpringSpec};
@@ -15,7 +15,7 @@ pub fn dashpots(checker: &mut Checker, raw: &[Spanned<RawDashpot>]) -> Option<Ve
     checker.items("dashpot", raw, |raw| &raw.name, dashpot)
 }
 
-fn spring(checker: &mut Checker, at: &Table, raw: &RawSpring) -> Option<SpringSpec> {
+fn spring(checker: &mut Checker, at: &SceneTable, raw: &RawSpring) -> Option<SpringSpec> {
     let ends = ends(checker, at, (&raw.name, &raw.first, &raw.second));
     let stiffness_n_m = checker.number(at, "stiffness_n_m", &raw.stiffness_n_m);
     let direction = checker.optional_direction(at, "direction", &raw.direction);
@@ -29,7 +29,7 @@ fn spring(checker: &mut Checker, at: &Table, raw: &RawSpring) -> Option<SpringSp
     })
 }
 
-fn dashpot(checker: &mut Checker, at: &Table, raw: &RawDashpot) -> Option<DashpotSpec> {
+fn dashpot(checker: &mut Checker, at: &SceneTable, raw: &RawDashpot) -> Option<DashpotSpec> {
     let ends = ends(checker, at, (&raw.name, &raw.first, &raw.second));
     let damping_n_s_m = checker.number(at, "damping_n_s_m", &raw.damping_n_s_m);
     let direction = checker.optional_direction(at, "direction", &raw.direction);
@@ -53,7 +53,7 @@ type Ends<'a> = (
 /// Name, first group, and second group, which is ground if it is left out.
 fn ends(
     checker: &mut Checker,
-    at: &Table,
+    at: &SceneTable,
     (name, first, second): Ends<'_>,
 ) -> Option<(String, String, Option<String>)> {
     let groups = [("first", first), ("second", second)];

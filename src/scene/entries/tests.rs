@@ -1,9 +1,9 @@
 use std::path::Path;
 
 use super::*;
-use crate::scene::error::{Fault, SceneError};
-use crate::scene::keys::{Key, Shape};
-use crate::scene::kinds::Kind;
+use crate::scene::error::{SceneError, SceneFault};
+use crate::scene::keys::{Key, SectionShape};
+use crate::scene::kinds::ValueKind;
 use crate::scene::parse;
 
 /// Scene with every section, in which each key of `section` can be given.
@@ -94,11 +94,11 @@ pub(crate) fn scene_with(section: &str, key: &str) -> String {
     )
 }
 
-fn parsed(section: &Section, key: &Key, value: &str) -> (String, Vec<Fault>) {
+fn parsed(section: &SceneSection, key: &Key, value: &str) -> (String, Vec<SceneFault>) {
     let text = scene_with(section.name, key.name);
     let path = match section.shape {
-        Shape::Table => format!("{}.{}", section.name, key.name),
-        Shape::List => format!("{}.0.{}", section.name, key.name),
+        SectionShape::Table => format!("{}.{}", section.name, key.name),
+        SectionShape::List => format!("{}.0.{}", section.name, key.name),
     };
     let set = match value {
         "" => vec![],
@@ -121,17 +121,17 @@ fn parsed(section: &Section, key: &Key, value: &str) -> (String, Vec<Fault>) {
     }
 }
 
-fn is_out_of_range(section: &Section, key: &Key, value: &str) -> bool {
+fn is_out_of_range(section: &SceneSection, key: &Key, value: &str) -> bool {
     let (path, faults) = parsed(section, key, value);
-    let of_key = |f: &Fault| match f {
-        Fault::OutOfRange { path: found, .. } => *found == path,
-        Fault::NoHarmonic => key.name == "harmonics",
+    let of_key = |f: &SceneFault| match f {
+        SceneFault::OutOfRange { path: found, .. } => *found == path,
+        SceneFault::NoHarmonic => key.name == "harmonics",
         _ => false,
     };
     faults.iter().any(of_key)
 }
 
-pub(crate) fn all_keys() -> impl Iterator<Item = (&'static Section, &'static Key)> {
+pub(crate) fn all_keys() -> impl Iterator<Item = (&'static SceneSection, &'static Key)> {
     SECTIONS
         .iter()
         .filter(|s| !s.name.is_empty())
@@ -140,18 +140,18 @@ pub(crate) fn all_keys() -> impl Iterator<Item = (&'static Section, &'static Key
 
 /// Values within the limits of a kind and values just outside; `None` if the kind is not a
 /// number.
-pub(crate) fn probes(kind: Kind) -> Option<(Vec<String>, Vec<String>)> {
+pub(crate) fn probes(kind: ValueKind) -> Option<(Vec<String>, Vec<String>)> {
     let text = |v: f64| format!("{v:e}");
     let step = |v: f64| v.abs().max(1e-30) * 1e-9;
     let (inside, outside) = match kind {
-        Kind::Whole(least, most) => {
+        ValueKind::Whole(least, most) => {
             let below = least.filter(|l| *l > 0).map(|l| l - 1);
             let inside = least.into_iter().chain(most);
             let outside = below.into_iter().chain(most.map(|m| m + 1));
             let texts = |v: Vec<u32>| v.iter().map(u32::to_string).collect();
             return Some((texts(inside.collect()), texts(outside.collect())));
         }
-        Kind::Number(_, limits) => {
+        ValueKind::Number(_, limits) => {
             let Limits { above, below, from } = limits;
             let least = if from {
                 (above, above - step(above))
@@ -207,20 +207,20 @@ fn documented_limits_are_those_of_the_checks() {
 }
 
 /// Values of other types than the kind.
-pub(crate) fn wrong_types(kind: Kind) -> &'static [&'static str] {
+pub(crate) fn wrong_types(kind: ValueKind) -> &'static [&'static str] {
     match kind {
-        Kind::Text(_) | Kind::Name | Kind::Choice(_) => &["1", "[]", "true"],
-        Kind::Texts(_) | Kind::Choices(_) => &["\"a\"", "[1]", "1"],
-        Kind::Number(..) => &["\"a\"", "[1]", "true", "inf"],
-        Kind::Whole(..) => &["0.5", "\"a\"", "-1"],
-        Kind::Numbers(2, _) => &["[1]", "[1, 2, 3]", "1", "[1, \"a\"]"],
-        Kind::Numbers(_, _) => &["[1, 2]", "[1, 2, 3, 4]", "1"],
-        Kind::NumberList(..) => &["1", "\"a\"", "[\"a\"]"],
-        Kind::NumberOrList(..) => &["\"a\"", "[\"a\"]", "true", "inf"],
-        Kind::NumberTable => &["{ a = \"b\" }", "1"],
-        Kind::Flag => &["\"true\"", "1"],
-        Kind::List => &["1", "\"a\""],
-        Kind::Any(_) => &[],
+        ValueKind::Text(_) | ValueKind::Name | ValueKind::Choice(_) => &["1", "[]", "true"],
+        ValueKind::Texts(_) | ValueKind::Choices(_) => &["\"a\"", "[1]", "1"],
+        ValueKind::Number(..) => &["\"a\"", "[1]", "true", "inf"],
+        ValueKind::Whole(..) => &["0.5", "\"a\"", "-1"],
+        ValueKind::Numbers(2, _) => &["[1]", "[1, 2, 3]", "1", "[1, \"a\"]"],
+        ValueKind::Numbers(_, _) => &["[1, 2]", "[1, 2, 3, 4]", "1"],
+        ValueKind::NumberList(..) => &["1", "\"a\"", "[\"a\"]"],
+        ValueKind::NumberOrList(..) => &["\"a\"", "[\"a\"]", "true", "inf"],
+        ValueKind::NumberTable => &["{ a = \"b\" }", "1"],
+        ValueKind::Flag => &["\"true\"", "1"],
+        ValueKind::List => &["1", "\"a\""],
+        ValueKind::Any(_) => &[],
     }
 }
 
@@ -229,7 +229,9 @@ fn documented_types_are_those_of_the_mirror() {
     for (section, key) in all_keys() {
         let is_wrong_type = |value: &str| {
             let faults = parsed(section, key, value).1;
-            faults.iter().any(|f| matches!(f, Fault::WrongType { .. }))
+            faults
+                .iter()
+                .any(|f| matches!(f, SceneFault::WrongType { .. }))
         };
         let example: toml::Table = key.example.parse().unwrap();
         let right = example[key.name].to_string();
@@ -242,10 +244,10 @@ fn documented_types_are_those_of_the_mirror() {
 
 #[test]
 fn what_is_required_is_missed() {
-    let is_missed = |section: &Section, key: &Key| {
+    let is_missed = |section: &SceneSection, key: &Key| {
         let faults = parsed(section, key, " ").1;
-        let missing = |f: &Fault| match f {
-            Fault::MissingKey { path, .. } => path.ends_with(key.name),
+        let missing = |f: &SceneFault| match f {
+            SceneFault::MissingKey { path, .. } => path.ends_with(key.name),
             _ => false,
         };
         faults.iter().any(missing)
@@ -279,7 +281,7 @@ fn documented_words_are_those_of_the_checks() {
     for (section, key) in all_keys() {
         let (_, faults) = parsed(section, key, "\"no such word\"");
         let words = faults.iter().find_map(|f| match f {
-            Fault::UnknownChoice { valid, .. } => Some(*valid),
+            SceneFault::UnknownChoice { valid, .. } => Some(*valid),
             _ => None,
         });
         for word in words.unwrap_or_default() {
@@ -291,7 +293,7 @@ fn documented_words_are_those_of_the_checks() {
             );
         }
         let listed = match key.kind {
-            Kind::Choice(listed) => listed,
+            ValueKind::Choice(listed) => listed,
             _ => &[],
         };
         assert_eq!(listed, words.unwrap_or_default(), "{}", key.name);

@@ -10,11 +10,11 @@ use dovetail_solver::dlft::{
     Branch, CycleStatus, LinearPoint, Orbit, Outcome, PairCycle, PairStatus, Response, StaticState,
 };
 use dovetail_solver::model::{
-    Body, BodyNode, ContactPair, DofMap, Material, Matrices, Model, NodeMotion, Observation, Side,
-    Slave,
+    Body, BodyNode, ContactPair, DofMap, Material, MatrixOrigin, Model, NodeMotion, Observation,
+    Side, Slave,
 };
 use dovetail_solver::problem::LinearReference;
-use dovetail_solver::reduced::Quantity;
+use dovetail_solver::reduced::ObservedQuantity;
 use dovetail_solver::reduced::ReducedModel;
 use dovetail_solver::results::recovery::NodalField;
 use faer::Mat;
@@ -186,14 +186,14 @@ fn model(order: ElementOrder, nu: usize, nv: usize) -> Model {
         let mut elements = Connectivity::default();
         let tets = match order {
             ElementOrder::Linear => tets.chunks_exact(4).map(<[u32]>::to_vec).collect(),
-            ElementOrder::Quadratic => with_edge_nodes(&mut nodes_m, &tets),
+            ElementOrder::Quadratic => add_edge_nodes(&mut nodes_m, &tets),
         };
         for (nodes, e) in tets.into_iter().zip(0..) {
             elements.push(first_tag + 7 * e, nodes);
         }
         Body {
             name: name.to_owned(),
-            matrices: Matrices::Elements(material),
+            matrices: MatrixOrigin::Elements(material),
             rotates: true,
             fixed_interface_modes: None,
             mesh_nodes: (0..nodes_m.len() as u32).collect(),
@@ -231,7 +231,7 @@ fn model(order: ElementOrder, nu: usize, nv: usize) -> Model {
         observations: vec![
             Observation {
                 name: "tip".into(),
-                quantity: Quantity::Displacement,
+                quantity: ObservedQuantity::Displacement,
                 terms: vec![
                     (at(0, observed), [0.0, 0.6, 0.8]),
                     (at(0, observed - 1), [0.5, 0.0, 0.0]),
@@ -239,7 +239,7 @@ fn model(order: ElementOrder, nu: usize, nv: usize) -> Model {
             },
             Observation {
                 name: "rim".into(),
-                quantity: Quantity::Displacement,
+                quantity: ObservedQuantity::Displacement,
                 terms: vec![(at(1, 0), [1.0, 0.0, 0.0])],
             },
         ],
@@ -258,7 +258,7 @@ fn volume(nodes: &[[f64; 3]], tet: &[u32]) -> f64 {
 }
 
 /// Ten-node tetrahedra on the corners of linear ones.
-fn with_edge_nodes(nodes: &mut Vec<[f64; 3]>, corners: &[u32]) -> Vec<Vec<u32>> {
+fn add_edge_nodes(nodes: &mut Vec<[f64; 3]>, corners: &[u32]) -> Vec<Vec<u32>> {
     let mut middles: BTreeMap<(u32, u32), u32> = BTreeMap::new();
     let mut tets = Vec::new();
     for tet in corners.chunks_exact(4) {
@@ -308,14 +308,14 @@ fn static_state(model: &Model) -> StaticState {
         newton_iterations: 7,
         residual: 1e-12,
         retention_n: None,
-        linear: LinearReference::stuck(&without_pairs()),
+        linear: LinearReference::stuck(&pairless_model()),
         on_path: Vec::new(),
         ended_at: None,
     }
 }
 
 /// Reduced model with one mode that nothing excites.
-fn without_pairs() -> ReducedModel {
+fn pairless_model() -> ReducedModel {
     let nothing = || Mat::zeros(0, 0);
     ReducedModel::new(nothing(), nothing(), Mat::zeros(0, 1), vec![1.0])
 }
@@ -366,7 +366,7 @@ fn response(model: &Model, motion: &[Vec<NodalField>; 2]) -> Response {
                 let slid = 1e-6 * g * (p % 4) as f64;
                 let open_fraction = if swing > mean { 0.1 } else { 0.0 };
                 PairCycle {
-                    status: CycleStatus::of(p == 0, open_fraction, slid > 1e-7),
+                    status: CycleStatus::new(p == 0, open_fraction, slid > 1e-7),
                     slid_m: slid,
                     rubbed_nm: mean * slid,
                     open_fraction,

@@ -5,7 +5,7 @@ use dovetail_mesh::Mesh;
 use super::NEWTON;
 use super::meshes::write;
 use crate::shared_folder::Folder;
-use crate::shared_program::{ended, on_scene};
+use crate::shared_program::{ended, scene_command};
 use crate::shared_runs::{Row, number, rows, summary};
 
 #[derive(Clone)]
@@ -109,7 +109,7 @@ impl Joint {
         let folder = Folder::new(name);
         folder.write("joint.msh", write(&self.mesh));
         let scene = folder.write("joint.toml", self.scene());
-        let mut run = on_scene("run", scene, &folder, &[]);
+        let mut run = scene_command("run", scene, &folder, &[]);
         let threads = self.threads.iter();
         ended(run.args(threads.flat_map(|n| ["--threads", n])), 0);
         read(&folder)

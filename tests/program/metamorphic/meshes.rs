@@ -175,12 +175,12 @@ fn elements<'a>(mesh: &'a Mesh, group: &'a Group) -> Vec<&'a [u32]> {
         2 => group
             .elements
             .iter()
-            .map(|&f| mesh.facets.of(f as usize))
+            .map(|&f| mesh.facets.element_nodes(f as usize))
             .collect(),
         _ => group
             .elements
             .iter()
-            .map(|&e| mesh.elements.of(e as usize))
+            .map(|&e| mesh.elements.element_nodes(e as usize))
             .collect(),
     }
 }

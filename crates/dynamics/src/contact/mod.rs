@@ -12,7 +12,7 @@
 //! DLFT predicts the force lambda_u with which a rigid pair would stick. The law takes a share of
 //! it, counted from the clearance ([`penalty`]). Less what the pair has slid this is the trial
 //! force, which the law brings to the cone of friction (`coulomb`). What a pair keeps from
-//! instant to instant is its `State`.
+//! instant to instant is its `PairState`.
 //!
 //! [`PairLaw`] is the data: the model has it, and all solvers read it. `PredictedLaw` is the
 //! function, for numbers with and without derivatives alike ([`Real`]). All of the folder `dlft`
@@ -75,7 +75,7 @@ impl PairLaw {
     }
 
     /// Law of a pair with this tributary area, m2, where `self` is that of a pair with 1 m2.
-    pub fn of_area(self, area_m2: f64) -> Self {
+    pub fn scaled_to_area(self, area_m2: f64) -> Self {
         Self {
             stiffness: self.stiffness.map(|springs| springs.times(area_m2)),
             ..self
@@ -113,7 +113,7 @@ pub(crate) struct PredictedLaw {
     pub shares: [f64; 3],
     /// Contribution of the clearance to the normal trial force, N.
     pub shift_n: f64,
-    /// Change of [`State::slid_n`] by a slip of one metre, N/m.
+    /// Change of [`PairState::slid_n`] by a slip of one metre, N/m.
     slid_n_per_m: f64,
     /// A pair that sticks within this of its cone counts as slipping, N.
     pub touch_n: f64,
@@ -121,7 +121,7 @@ pub(crate) struct PredictedLaw {
 
 /// State of a pair that is kept from one instant to the next.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct State<D = f64> {
+pub(crate) struct PairState<D = f64> {
     /// Stick, slip or open.
     pub contact: Contact,
     /// Way along the contact as a force, share lambda_u_T - lambda_T, N. It changes where the pair
@@ -137,13 +137,13 @@ pub(crate) struct Instant<D = f64> {
     /// Contact force, N.
     pub force: [D; 3],
     /// State after the instant.
-    pub state: State<D>,
+    pub state: PairState<D>,
 }
 
-impl<D: Real> State<D> {
+impl<D: Real> PairState<D> {
     /// State after an instant at which the contact force was `force` under this prediction, N.
     #[inline(always)]
-    pub(crate) fn after(prediction: [D; 3], contact: Contact, force: [D; 3]) -> Self {
+    pub(crate) fn from_contact_force(prediction: [D; 3], contact: Contact, force: [D; 3]) -> Self {
         Self {
             contact,
             slid_n: two(|c| prediction[c + 1] - force[c + 1]),
@@ -152,13 +152,13 @@ impl<D: Real> State<D> {
 
     /// Trial force under a prediction, N, if this is the state before.
     #[inline(always)]
-    pub(crate) fn trial(&self, prediction: [D; 3]) -> [D; 3] {
+    pub(crate) fn trial_force(&self, prediction: [D; 3]) -> [D; 3] {
         let [normal, t1, t2] = prediction;
         [normal, t1 - self.slid_n[0], t2 - self.slid_n[1]]
     }
 }
 
-impl State {
+impl PairState {
     /// Distance between two states along the contact, as a force, N.
     #[inline(always)]
     pub(crate) fn distance_n(&self, other: &Self) -> f64 {
@@ -170,7 +170,7 @@ impl State {
 impl PredictedLaw {
     /// Returns `true` if there is friction: forces then depend on the past.
     #[inline(always)]
-    pub(crate) fn rubs(&self) -> bool {
+    pub(crate) fn has_friction(&self) -> bool {
         self.friction > 0.0
     }
 
@@ -183,12 +183,14 @@ impl PredictedLaw {
 
     /// Pair under a prediction, N, in the state `before`.
     #[inline(always)]
-    pub(crate) fn evaluate<D: Real>(&self, prediction: [D; 3], before: State<D>) -> Instant<D> {
-        let trial = before.trial(prediction);
+    pub(crate) fn evaluate<D: Real>(&self, prediction: [D; 3], before: PairState<D>) -> Instant<D> {
+        let trial = before.trial_force(prediction);
         let (contact, force) = coulomb::unilateral_coulomb(trial, self.friction, self.touch_n);
         let state = match contact {
-            Contact::Stick => State { contact, ..before },
-            Contact::Slip | Contact::Open => State::after(prediction, contact, force),
+            Contact::Stick => PairState { contact, ..before },
+            Contact::Slip | Contact::Open => {
+                PairState::from_contact_force(prediction, contact, force)
+            }
         };
         Instant {
             trial,
@@ -227,13 +229,13 @@ impl PredictedLaw {
     pub(crate) fn leaves_cone<D: Real>(
         &self,
         [from, to]: [[D; 3]; 2],
-        state: State<D>,
+        state: PairState<D>,
         last: D,
     ) -> (D, [D; 2]) {
         let step = three(|c| to[c] - from[c]);
         let slips = state.contact == Contact::Slip;
-        let way = coulomb::leaves_cone(state.trial(from), step, self.friction, slips, last);
-        let [_, t1, t2] = state.trial(three(|c| from[c] + step[c] * way));
+        let way = coulomb::leaves_cone(state.trial_force(from), step, self.friction, slips, last);
+        let [_, t1, t2] = state.trial_force(three(|c| from[c] + step[c] * way));
         (way, [t1, t2])
     }
 
@@ -245,9 +247,9 @@ impl PredictedLaw {
 
     /// State of a pair at rest that is displaced along the contact by `x`, m, under the force
     /// `lambda`, N.
-    pub(crate) fn state_at_rest(&self, x: [f64; 2], lambda: [f64; 2]) -> State {
+    pub(crate) fn state_at_rest(&self, x: [f64; 2], lambda: [f64; 2]) -> PairState {
         let share = self.shares[1];
-        State {
+        PairState {
             contact: Contact::Stick,
             slid_n: [0, 1].map(|c| self.slid_n_per_m * x[c] - (1.0 - share) * lambda[c]),
         }
@@ -302,7 +304,8 @@ mod tests {
         }
         // The same state follows from where the pair is, and what acts on it there.
         let again = predicted.state_at_rest([x[1], x[2]], [force[1], force[2]]);
-        let kept = State::after(predicted.prediction(lambda_u), Contact::Stick, force);
+        let kept =
+            PairState::from_contact_force(predicted.prediction(lambda_u), Contact::Stick, force);
         for found in [again, kept] {
             assert!(found.distance_n(&state) < 1e-14);
         }
@@ -318,7 +321,7 @@ mod tests {
 
     #[test]
     fn the_derivative_of_the_force_matches_differences() {
-        let state = State {
+        let state = PairState {
             contact: Contact::Stick,
             slid_n: [0.2, -0.1],
         };

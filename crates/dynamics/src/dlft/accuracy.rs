@@ -15,7 +15,9 @@
 //! not change between two numbers of harmonics.
 
 use super::balance::Setting;
-use super::point::{FrequencySolver, MOST_EXACT_UNKNOWNS, Neighbour, Solution, Truncation, Work};
+use super::point::{
+    FrequencySolver, HarmonicTruncation, MOST_EXACT_UNKNOWNS, Neighbour, Solution, SolverWork,
+};
 use crate::dlft::settings::Resolution;
 use dovetail_numerics::fourier::Fourier;
 use std::iter;
@@ -69,7 +71,7 @@ pub(crate) struct Resolved {
 
 impl Resolved {
     /// Solution of a level as it is, whose error is not estimated.
-    pub(crate) fn without_estimate(level: usize, solved: Solution) -> Self {
+    pub(crate) fn unestimated(level: usize, solved: Solution) -> Self {
         Self {
             is_accurate: solved.is_converged(),
             solved,
@@ -103,13 +105,13 @@ pub(crate) fn levels(
         check: None,
     };
     let checked = |harmonics: usize, samples: &dyn Fn(usize) -> usize| {
-        let mut own = level(harmonics, samples(harmonics));
-        let most = (MOST_EXACT_UNKNOWNS / own.eps.len().max(1)).saturating_sub(1) / 2;
+        let mut base_level = level(harmonics, samples(harmonics));
+        let most = (MOST_EXACT_UNKNOWNS / base_level.eps.len().max(1)).saturating_sub(1) / 2;
         let further = (4 * harmonics + 3).min(most);
         if further > 2 * harmonics {
-            own.check = Some(Box::new(level(further, samples(further))));
+            base_level.check = Some(Box::new(level(further, samples(further))));
         }
-        own
+        base_level
     };
     match resolution {
         Resolution::Fixed { harmonics, samples } => {
@@ -117,8 +119,8 @@ pub(crate) fn levels(
             // At least a fifth more: with fewer the change would be too small a part of the error.
             let next = STEPS
                 .into_iter()
-                .find(|h| 5 * h >= 6 * harmonics && *h < twice(harmonics));
-            let judges = next.into_iter().chain([twice(harmonics)]);
+                .find(|h| 5 * h >= 6 * harmonics && *h < doubled(harmonics));
+            let judges = next.into_iter().chain([doubled(harmonics)]);
             iter::once(checked(harmonics, &carrying))
                 .chain(judges.map(|h| level(h, carrying(h))))
                 .collect()
@@ -126,7 +128,7 @@ pub(crate) fn levels(
         Resolution::Accuracy(accuracy) => {
             let steps = STEPS.into_iter().filter(|h| *h >= highest_excited);
             steps
-                .chain([twice(Resolution::MOST_ADAPTED.max(highest_excited))])
+                .chain([doubled(Resolution::MOST_ADAPTED.max(highest_excited))])
                 .map(|h| checked(h, &|h| samples_for(accuracy, h)))
                 .collect()
         }
@@ -134,7 +136,7 @@ pub(crate) fn levels(
 }
 
 /// Number of harmonics of the finer of the two balances that judge one with `harmonics`.
-fn twice(harmonics: usize) -> usize {
+fn doubled(harmonics: usize) -> usize {
     2 * harmonics + 1
 }
 
@@ -154,7 +156,7 @@ impl<'a> Refinement<'a> {
         levels: &[Level],
         resolution: Resolution,
     ) -> Self {
-        let solver_at = |level: &Level| lowest.with(&level.fourier, &level.eps);
+        let solver_at = |level: &Level| lowest.with_resolution(&level.fourier, &level.eps);
         let check_of = |level: &Level| level.check.as_deref().map(solver_at);
         Self {
             levels: levels.iter().map(solver_at).collect(),
@@ -167,17 +169,17 @@ impl<'a> Refinement<'a> {
     }
 
     /// Solvers of the same levels, but otherwise like `solver`, such as one of another model.
-    pub(crate) fn like<'s>(&self, solver: &FrequencySolver<'s>) -> Refinement<'s> {
-        let own = |of_level: &FrequencySolver<'_>| {
+    pub(crate) fn rebuilt<'s>(&self, solver: &FrequencySolver<'s>) -> Refinement<'s> {
+        let levels_with = |of_level: &FrequencySolver<'_>| {
             let Setting { fourier, eps, .. } = &of_level.setting;
-            solver.with(fourier, eps)
+            solver.with_resolution(fourier, eps)
         };
         Refinement {
-            levels: self.levels.iter().map(own).collect(),
+            levels: self.levels.iter().map(levels_with).collect(),
             checks: self
                 .checks
                 .iter()
-                .map(|check| check.as_ref().map(own))
+                .map(|check| check.as_ref().map(levels_with))
                 .collect(),
             accuracy: self.accuracy,
         }
@@ -185,7 +187,7 @@ impl<'a> Refinement<'a> {
 
     /// Level for a motion beside one of so many harmonics and this estimated error: one lower, where
     /// the error is far below the accuracy asked for.
-    pub(crate) fn level_beside(&self, harmonics: usize, estimated_error: Option<f64>) -> usize {
+    pub(crate) fn neighbour_level(&self, harmonics: usize, estimated_error: Option<f64>) -> usize {
         let level = self.level_of(harmonics);
         let plenty = estimated_error.is_some_and(|error| self.is_plenty(error));
         level.saturating_sub(usize::from(plenty))
@@ -203,7 +205,7 @@ impl<'a> Refinement<'a> {
     }
 
     /// Solver of the first level with at least so many harmonics.
-    pub(crate) fn with(&self, harmonics: usize) -> &FrequencySolver<'_> {
+    pub(crate) fn solver_for_harmonics(&self, harmonics: usize) -> &FrequencySolver<'_> {
         &self.levels[self.level_of(harmonics)]
     }
 
@@ -217,8 +219,8 @@ impl<'a> Refinement<'a> {
     pub(crate) fn solve(
         &self,
         from: usize,
-        work: &mut Work,
-        solve: impl Fn(&FrequencySolver<'_>, &mut Work) -> Solution,
+        work: &mut SolverWork,
+        solve: impl Fn(&FrequencySolver<'_>, &mut SolverWork) -> Solution,
     ) -> (usize, Solution) {
         let highest = self.highest();
         let mut level = from.min(highest);
@@ -251,25 +253,25 @@ impl<'a> Refinement<'a> {
         frequency_hz: f64,
         mut level: usize,
         mut solved: Solution,
-        work: &mut Work,
+        work: &mut SolverWork,
     ) -> Resolved {
         let highest = self.highest();
         loop {
             if !solved.is_converged() {
-                return Resolved::without_estimate(level, solved);
+                return Resolved::unestimated(level, solved);
             }
             let (estimated_errors, finer) = self.estimate(level, &solved, frequency_hz, work);
             let largest = estimated_errors.iter().copied().fold(0.0, f64::max);
             let fine = self.accuracy.is_none_or(|a| largest <= a);
             let suffices = fine && !(highest > level && self.is_rough(level, &solved));
             if !suffices {
-                let start = Neighbour::after(None, frequency_hz, finer, solved.balance.mean());
+                let start = Neighbour::following(None, frequency_hz, finer, solved.balance.mean());
                 // A level may have no solution that is found, and the one above it may.
-                let found = (level + 1..=highest).find_map(|above| {
+                let refined = (level + 1..=highest).find_map(|above| {
                     let finer = self.levels[above].solve_from(frequency_hz, &start, work);
                     finer.is_converged().then_some((above, finer))
                 });
-                if let Some((above, finer)) = found {
+                if let Some((above, finer)) = refined {
                     (level, solved) = (above, finer);
                     continue;
                 }
@@ -293,23 +295,23 @@ impl<'a> Refinement<'a> {
         level: usize,
         solved: &Solution,
         frequency_hz: f64,
-        work: &mut Work,
+        work: &mut SolverWork,
     ) -> (Vec<f64>, Vec<f64>) {
         let harmonics = self.harmonics(level);
-        let finer: Vec<(usize, Truncation)> = match &self.checks[level] {
+        let finer: Vec<(usize, HarmonicTruncation)> = match &self.checks[level] {
             Some(check) => {
-                let work = work.of_estimate(0);
+                let work = work.estimate_work(0);
                 let finer = check.truncation_by_finer_solution(solved, frequency_hz, work);
                 vec![(check.setting.fourier.harmonics(), finer)]
             }
             None => {
-                let mut judges = vec![level + 1, self.level_of(twice(harmonics))];
+                let mut judges = vec![level + 1, self.level_of(doubled(harmonics))];
                 judges.dedup();
                 let finer: Vec<&FrequencySolver<'_>> =
                     judges.iter().map(|judge| &self.levels[*judge]).collect();
-                let found = FrequencySolver::truncations(&finer, solved, frequency_hz, work);
+                let truncations = FrequencySolver::truncations(&finer, solved, frequency_hz, work);
                 let harmonics = judges.iter().map(|judge| self.harmonics(*judge));
-                harmonics.zip(found).collect()
+                harmonics.zip(truncations).collect()
             }
         };
         let mut errors = vec![0.0_f64; finer[0].1.changes.len()];

@@ -9,7 +9,7 @@
 use super::between_samples;
 use super::pair_signals::{PERIODICITY, PairInput, Passage, Periods, Signals, compression_n};
 use super::rounded;
-use crate::contact::State;
+use crate::contact::PairState;
 use crate::contact::coulomb::Contact;
 use dovetail_numerics::fourier::Fourier;
 use pulp::{Arch, Simd, WithSimd};
@@ -57,10 +57,10 @@ pub struct PairEnd {
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct LastPeriod {
     /// State at its start.
-    start: State,
+    start: PairState,
     /// Where the last period was cut short: the state at the start of the period before, and the
     /// distance, N, within which the pair was of where it had been in that one.
-    cut: Option<(State, f64)>,
+    cut: Option<(PairState, f64)>,
 }
 
 /// Periods that the derivative has to go through.
@@ -75,7 +75,7 @@ enum History {
     Periodic,
     /// The last period and one before it, as the state was solved for: `slipping` is the start of
     /// the last period that slid (the state is the fixed point of that period).
-    FixedPoint { slipping: State, touch_n: f64 },
+    FixedPoint { slipping: PairState, touch_n: f64 },
 }
 
 /// Evaluates one pair until its contact force is periodic and writes the coefficients of that force
@@ -195,7 +195,7 @@ fn evaluate_pair(
     {
         if slides {
             end.history = History::Periodic;
-        } else if !slips || before > 0 && input.law.rubs() && end.slid_n == 0.0 {
+        } else if !slips || before > 0 && input.law.has_friction() && end.slid_n == 0.0 {
             end.history = History::Stuck(before);
         }
     }
@@ -214,7 +214,7 @@ fn correct(fourier: &Fourier, input: &PairInput<'_>, signals: &Signals, lambda: 
         if !signals.turns(n, &input.law) {
             continue;
         }
-        let before = signals.before(n);
+        let before = signals.previous(n);
         let window = signals.window(n, input.law.shift_n);
         let state = signals.state(before, input.law.shift_n);
         let passed = between_samples::pass(&window, state, Some(signals.contact[n]), input.law);
@@ -230,8 +230,8 @@ fn correct(fourier: &Fourier, input: &PairInput<'_>, signals: &Signals, lambda: 
 
 /// State in which the time evaluation of a pair begins.
 #[inline(always)]
-fn first_state(input: &PairInput<'_>, signals: &Signals) -> State {
-    if input.law.rubs() {
+fn first_state(input: &PairInput<'_>, signals: &Signals) -> PairState {
+    if input.law.has_friction() {
         return input.start;
     }
     // No force depends on the past: the state is that of the last sample, and one period is periodic.
@@ -246,19 +246,19 @@ fn one_period(
     samples: usize,
     input: &PairInput<'_>,
     signals: &mut Signals,
-    state: &mut State,
+    state: &mut PairState,
     near_n: Option<f64>,
     remembers: bool,
 ) -> Period {
     let mut memory = remembers.then_some(Memory::Whole);
     let between = input.periods == Periods::UntilPeriodic;
     for n in 0..samples {
-        let was = State {
+        let was = PairState {
             contact: signals.contact[n],
             slid_n: signals.passages[n].position_n,
         };
         let mut passage = Passage::default();
-        if between && (signals.reverses[n] || signals.lands(n, input.law.shift_n)) {
+        if between && (signals.reverses[n] || signals.closes(n, input.law.shift_n)) {
             let window = signals.window(n, input.law.shift_n);
             let passed = between_samples::pass(&window, *state, None, input.law);
             let mut before_n = compression_n(window[1][0]);
@@ -269,7 +269,7 @@ fn one_period(
                 let now_n = compression_n(visit.trial[0]);
                 rubbed_n2 += 0.5 * (before_n + now_n) * visit.slid_n;
                 before_n = now_n;
-                memory = memory.map(|memory| memory.after(visit, &input.law));
+                memory = memory.map(|memory| memory.updated(visit, &input.law));
             }
             passage.path = Some([slid_n, rubbed_n2]);
             *state = passed.state;
@@ -281,7 +281,7 @@ fn one_period(
             passage.slips = now.state.contact != Contact::Stick;
             memory = memory.map(|memory| match now.state.contact {
                 Contact::Stick => memory,
-                Contact::Slip => memory.after_slip(input.law.slip_tangent(now.trial)),
+                Contact::Slip => memory.updated_by_slip(input.law.slip_tangent(now.trial)),
                 Contact::Open => Memory::Lost,
             });
             *state = now.state;
@@ -293,7 +293,7 @@ fn one_period(
             was.contact == state.contact && t1 * t1 + t2 * t2 <= near_n * near_n
         };
         if near_n.is_some_and(is_near) {
-            *state = State {
+            *state = PairState {
                 contact: signals.contact[samples - 1],
                 slid_n: signals.passages[samples - 1].position_n,
             };
@@ -339,7 +339,7 @@ impl WithSimd for Repeat<'_> {
         if let History::Stuck(_) = end.history {
             return;
         }
-        let mut march = |mut state: State, near_n| {
+        let mut march = |mut state: PairState, near_n| {
             one_period(
                 fourier.samples(),
                 &input,

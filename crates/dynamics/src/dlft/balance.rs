@@ -55,7 +55,7 @@ pub struct Setting {
 impl Setting {
     /// Setting about a static state, of these harmonics, samples and eps, with pairs that are
     /// marched until they are periodic, and the default slip threshold.
-    pub(crate) fn about(
+    pub(crate) fn new(
         state: &StaticState,
         system: Arc<ContactSystem>,
         inexact: Arc<InexactModel>,
@@ -110,7 +110,7 @@ pub struct Deadline(Option<Instant>);
 
 impl Deadline {
     /// Deadline so many seconds from now. `None`, or more than a clock can count, means never.
-    pub(crate) fn after(seconds: Option<f64>) -> Self {
+    pub(crate) fn new(seconds: Option<f64>) -> Self {
         let time = seconds.and_then(|s| Duration::try_from_secs_f64(s).ok());
         Self(time.and_then(|time| Instant::now().checked_add(time)))
     }
@@ -170,13 +170,13 @@ impl<'a> Evaluator<'a> {
     }
 
     /// Evaluation at U, computed unless U was the last.
-    pub(crate) fn at(&mut self, u: &[f64]) -> &Evaluation {
-        let evaluation = self.take(u);
+    pub(crate) fn evaluate(&mut self, u: &[f64]) -> &Evaluation {
+        let evaluation = self.take_evaluation(u);
         &self.last.insert((u.to_vec(), evaluation)).1
     }
 
-    /// Like [`Evaluator::at`], but moves the evaluation out.
-    pub(crate) fn take(&mut self, u: &[f64]) -> Evaluation {
+    /// Like [`Evaluator::evaluate`], but moves the evaluation out.
+    pub(crate) fn take_evaluation(&mut self, u: &[f64]) -> Evaluation {
         match self.last.take() {
             Some((last, evaluation)) if last == u => evaluation,
             _ => self.balance.evaluate(u),
@@ -215,11 +215,11 @@ impl Balance {
             );
             add_harmonic(&mut force, k, &condensed);
         }
-        Self::of_force(setting, stiffness, force)
+        Self::forced(setting, stiffness, force)
     }
 
     /// Balance under a force, N, in harmonics, with a free mean and the law and eps of its setting.
-    fn of_force(setting: &Setting, stiffness: HarmonicStiffness, force: Vec<f64>) -> Self {
+    fn forced(setting: &Setting, stiffness: HarmonicStiffness, force: Vec<f64>) -> Self {
         Self {
             setting: setting.clone(),
             stiffness,
@@ -241,7 +241,7 @@ impl Balance {
         let mut force = vec![0.0; blocks(harmonics) * n];
         force[..n].copy_from_slice(&setting.system.problem.reduced.static_load.on_x);
         add_harmonic(&mut force, 1, &motion.drive(q));
-        Self::of_force(setting, motion.stiffness(harmonics), force)
+        Self::forced(setting, motion.stiffness(harmonics), force)
     }
 
     /// Retains the mean of this balance by `retention`, anchored at the static state, or at rest
@@ -450,8 +450,8 @@ impl Balance {
                 },
             )
             .collect();
-        let found = found.into_iter().enumerate();
-        let moving = found.filter_map(|(pair, derivative)| Some((pair, derivative?)));
+        let of_pairs = found.into_iter().enumerate();
+        let moving = of_pairs.filter_map(|(pair, derivative)| Some((pair, derivative?)));
         let (active, derivatives) = moving.unzip();
         Jacobian {
             active,
@@ -468,7 +468,7 @@ impl Balance {
         for (i, force) in forces.iter_mut().enumerate() {
             *force -= self.eps_at(i) * v[i];
         }
-        let mut out = jacobian.less_contact_response(&forces, self.unknowns_per_block());
+        let mut out = jacobian.unbalanced_part(&forces, self.unknowns_per_block());
         for (i, out) in out.iter_mut().enumerate() {
             *out += self.eps_at(i) * v[i];
         }
@@ -506,11 +506,11 @@ impl Jacobian {
     /// [`Evaluation::truncated`].
     pub(crate) fn truncated(&self, width: usize) -> Self {
         let truncated = |derivative: &Vec<f64>| {
-            let own = derivative.len().isqrt() / 3;
+            let pair_width = derivative.len().isqrt() / 3;
             let mut out = Vec::with_capacity(9 * width * width);
-            for rows in derivative.chunks_exact(3 * own * own) {
+            for rows in derivative.chunks_exact(3 * pair_width * pair_width) {
                 // Parts of the first rows of a component, one for each component.
-                for part in rows[..3 * own * width].chunks_exact(own) {
+                for part in rows[..3 * pair_width * width].chunks_exact(pair_width) {
                     out.extend_from_slice(&part[..width]);
                 }
             }
@@ -524,14 +524,14 @@ impl Jacobian {
 
     /// Computes (I - D) v for forces v on all pairs, (2H+1) n: the part of them that the contact
     /// forces do not balance. It is 0 on pairs that stick throughout.
-    pub(crate) fn less_contact_response(&self, v: &[f64], n: usize) -> Vec<f64> {
+    pub(crate) fn unbalanced_part(&self, v: &[f64], n: usize) -> Vec<f64> {
         let width = v.len() / n;
         let mut out = vec![0.0; v.len()];
         for (pair, derivative) in self.active.iter().zip(&self.derivatives) {
-            let own = gather(v, n, *pair, width);
-            let mut left = own.clone();
+            let pair_force = gather(v, n, *pair, width);
+            let mut left = pair_force.clone();
             for (left, row) in left.iter_mut().zip(derivative.chunks_exact(3 * width)) {
-                *left -= dot(row, &own);
+                *left -= dot(row, &pair_force);
             }
             scatter(&left, n, *pair, width, &mut out);
         }
@@ -591,7 +591,7 @@ pub(crate) fn scatter(local: &[f64], n: usize, pair: usize, width: usize, v: &mu
 mod tests {
     use super::*;
     use crate::dlft::jacobians::{
-        OMEGA_RAD_S, changed, sample_points, sample_points_of_waves_too, without_contact,
+        OMEGA_RAD_S, changed, linear_residual, sample_points, sample_points_of_waves_too,
     };
     use crate::problem::Problem;
 
@@ -615,7 +615,7 @@ mod tests {
                 assert_eq!([free.mean(), retained.mean()], [Mean::Free, Mean::Retained]);
                 assert_eq!(free.retention_n(u), 0.0);
 
-                let [with, without] = [&retained, &free].map(|b| without_contact(b, u));
+                let [with, without] = [&retained, &free].map(|b| linear_residual(b, u));
                 let pull: Vec<f64> = with.iter().zip(&without).map(|(a, b)| a - b).collect();
                 let (on_mean, on_rest) = pull.split_at(n);
                 assert!(on_rest.iter().all(|f| *f == 0.0));
@@ -667,7 +667,7 @@ mod tests {
         for (what, sample, u) in &sample_points() {
             let growing = |problem: &mut Problem| problem.excitations[1].growth = Growth::Squared;
             let setting = changed(&sample.setting, growing);
-            let at = |omega: f64| without_contact(&Balance::new(&setting, omega), u);
+            let at = |omega: f64| linear_residual(&Balance::new(&setting, omega), u);
             let step = 1e-6;
             let [above, below] = [OMEGA_RAD_S + step, OMEGA_RAD_S - step].map(at);
             let balance = Balance::new(&setting, OMEGA_RAD_S);
@@ -730,13 +730,19 @@ mod tests {
         for (_, balance, u) in &sample_points() {
             let elsewhere: Vec<f64> = u.iter().map(|u| 1.1 * u).collect();
             let mut evaluator = Evaluator::new(balance);
-            let kept = evaluator.at(u).residual.as_ptr();
-            assert_eq!(evaluator.at(u).residual.as_ptr(), kept);
+            let kept = evaluator.evaluate(u).residual.as_ptr();
+            assert_eq!(evaluator.evaluate(u).residual.as_ptr(), kept);
             let there = balance.evaluate(&elsewhere).residual;
-            assert_eq!(evaluator.at(&elsewhere).residual, there);
-            let kept = evaluator.at(&elsewhere).residual.as_ptr();
-            assert_eq!(evaluator.take(&elsewhere).residual.as_ptr(), kept);
-            assert_eq!(evaluator.take(u).residual, balance.evaluate(u).residual);
+            assert_eq!(evaluator.evaluate(&elsewhere).residual, there);
+            let kept = evaluator.evaluate(&elsewhere).residual.as_ptr();
+            assert_eq!(
+                evaluator.take_evaluation(&elsewhere).residual.as_ptr(),
+                kept
+            );
+            assert_eq!(
+                evaluator.take_evaluation(u).residual,
+                balance.evaluate(u).residual
+            );
         }
     }
 

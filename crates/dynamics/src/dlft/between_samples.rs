@@ -10,7 +10,7 @@
 //! functions that use the vectors of the processor.
 
 use crate::contact::coulomb::Contact;
-use crate::contact::{PredictedLaw, State};
+use crate::contact::{PairState, PredictedLaw};
 use dovetail_numerics::dual::{Dual, Real, three, two};
 use dovetail_numerics::fourier::Fourier;
 use pulp::{Arch, Simd, WithSimd};
@@ -36,7 +36,7 @@ pub(crate) struct Visit {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Passed<D> {
     /// State at the end.
-    pub state: State<D>,
+    pub state: PairState<D>,
     /// Contact force at the end, N.
     pub force: [D; 3],
     /// Corrections of the samples at the beginning and at the end, N, with which the trapezoidal
@@ -85,7 +85,7 @@ pub(crate) fn reverses(window: [[f64; 2]; 4]) -> bool {
 #[inline(always)]
 pub(crate) fn pass<D: Real>(
     window: &Window<D>,
-    state: State<D>,
+    state: PairState<D>,
     at_end: Option<Contact>,
     law: PredictedLaw,
 ) -> Passed<D> {
@@ -94,19 +94,19 @@ pub(crate) fn pass<D: Real>(
     let (contact, force) = if from[0].re() >= 0.0 {
         (Contact::Open, [zero; 3])
     } else {
-        (state.contact, state.trial(from))
+        (state.contact, state.trial_force(from))
     };
     let mut walk = Walk {
         law,
         at: zero,
         predicted: from,
-        state: State { contact, ..state },
+        state: PairState { contact, ..state },
         force,
         path: Path::new(),
     };
     let end = D::from(1.0);
     let [first, last] = rates(window);
-    let turn = reversal([first, last]).filter(|_| law.rubs());
+    let turn = reversal([first, last]).filter(|_| law.has_friction());
     let mut visits = [None; 2];
     for (part, visit) in visits.iter_mut().enumerate() {
         let (at, there, rates) = match (turn, part) {
@@ -154,7 +154,7 @@ struct Walk<D> {
     /// Fraction of the interval.
     at: D,
     predicted: [D; 3],
-    state: State<D>,
+    state: PairState<D>,
     /// Contact force, N.
     force: [D; 3],
     path: Path<D>,
@@ -199,11 +199,11 @@ impl<D: Real> Stretch<D> {
     }
     /// Fraction of the interval at a time of the stretch.
     #[inline(always)]
-    fn at(&self, time: D) -> D {
+    fn fraction(&self, time: D) -> D {
         self.begin + self.length * time
     }
     #[inline(always)]
-    fn way(&self, time: D) -> D {
+    fn friction_way(&self, time: D) -> D {
         time * (-self.bend + 1.0) + time * time * self.bend
     }
     #[inline(always)]
@@ -225,14 +225,17 @@ impl<D: Real> Stretch<D> {
     #[inline(always)]
     fn integrals(&self, c: usize, offset: D, [begin, end]: [D; 2]) -> [D; 2] {
         let level = self.from[c] - offset;
-        let [first, last] = [self.up_to(c, level, begin), self.up_to(c, level, end)];
+        let [first, last] = [
+            self.partial_integrals(c, level, begin),
+            self.partial_integrals(c, level, end),
+        ];
         let [sum, moment] = two(|i| (last[i] - first[i]) * self.length);
         [sum, self.begin * sum + self.length * moment]
     }
     /// Integral and first moment over the stretch of component `c` of the prediction, which begins at
     /// `level`, from its beginning up to a time of the stretch.
     #[inline(always)]
-    fn up_to(&self, c: usize, level: D, t: D) -> [D; 2] {
+    fn partial_integrals(&self, c: usize, level: D, t: D) -> [D; 2] {
         let (straight, curve) = (self.step[c] - self.curve[c], self.curve[c]);
         let (square, cube) = (t * t, t * t * t);
         [
@@ -263,8 +266,8 @@ impl<D: Real> Walk<D> {
             self.path.follow(&stretch, 0, zero, times);
         }
         if let Some(time) = crossing.filter(|_| was_open) {
-            let [t1, t2] = stretch.tangential(stretch.way(time));
-            self.state = State::after([zero, t1, t2], Contact::Open, [zero; 3]);
+            let [t1, t2] = stretch.tangential(stretch.friction_way(time));
+            self.state = PairState::from_contact_force([zero, t1, t2], Contact::Open, [zero; 3]);
         }
         let before = self.state;
         let now = self.law.evaluate(to, before);
@@ -275,20 +278,22 @@ impl<D: Real> Walk<D> {
         let (sticks_until, slides) = match (was_open, contact) {
             (true, Contact::Open) => (None, None),
             (true, _) => {
-                let begin = stretch.at(crossing.unwrap_or(zero));
+                let begin = stretch.fraction(crossing.unwrap_or(zero));
                 (None, Some((begin, at, [zero; 2])))
             }
             (false, Contact::Stick) => (Some(one), None),
             (false, _) => {
                 let last = crossing.unwrap_or(one);
                 let way = [self.predicted, to];
-                let (leaves, there) = self.law.leaves_cone(way, before, stretch.way(last));
-                let (there, time) = if self.law.rubs() && leaves.re() > 0.0 {
+                let (leaves, there) = self
+                    .law
+                    .leaves_cone(way, before, stretch.friction_way(last));
+                let (there, time) = if self.law.has_friction() && leaves.re() > 0.0 {
                     (there, stretch.time(leaves))
                 } else {
                     ([self.force[1], self.force[2]], zero)
                 };
-                let line = (stretch.at(time), stretch.at(last), there);
+                let line = (stretch.fraction(time), stretch.fraction(last), there);
                 (Some(time), Some(line))
             }
         };
@@ -302,7 +307,7 @@ impl<D: Real> Walk<D> {
             let last = [now.force[1], now.force[2]];
             self.path.straight(begin, end, first, last);
         }
-        let re = |state: State<D>| State {
+        let re = |state: PairState<D>| PairState {
             contact: state.contact,
             slid_n: state.slid_n.map(|n| n.re()),
         };
@@ -390,7 +395,7 @@ impl<D: Real> Path<D> {
             let [sum, moment] = self.force[c];
             let [first, last] = two(|i| ends[i].force[c]);
             let followed = self.followed[c] / 12.0;
-            let mut own = [
+            let mut weights = [
                 sum - moment - first / 3.0 - last / 6.0 + followed,
                 moment - first / 6.0 - last / 3.0 - followed,
             ];
@@ -400,10 +405,10 @@ impl<D: Real> Path<D> {
                     _ => end.contact == Contact::Stick,
                 };
                 if follows {
-                    own[i] += end.rate[c] * [-1.0 / 12.0, 1.0 / 12.0][i];
+                    weights[i] += end.rate[c] * [-1.0 / 12.0, 1.0 / 12.0][i];
                 }
             }
-            own
+            weights
         };
         let [normal, t1, t2] = three(of);
         two(|end| [normal[end], t1[end], t2[end]])
@@ -417,20 +422,20 @@ const INPUTS: usize = 14;
 const LANES: usize = INPUTS.next_multiple_of(8);
 
 /// Derivative of something by the window, sample after sample, and by the state before the interval.
-pub(crate) type ByInputs = [f64; LANES];
+pub(crate) type InputDerivatives = [f64; LANES];
 
 /// Derivatives of what an interval does.
 pub(crate) struct PassedDerivative {
     /// Derivatives of the corrections at the beginning (N, t1, t2) and at the end.
-    pub corrections: [[ByInputs; 3]; 2],
+    pub corrections: [[InputDerivatives; 3]; 2],
     /// Derivatives of the state after the interval.
-    pub slid_n: [ByInputs; 2],
+    pub slid_n: [InputDerivatives; 2],
 }
 
 /// Derivatives of [`pass`].
 pub(crate) fn derivative(
     window: &Window<f64>,
-    state: State,
+    state: PairState,
     at_end: Option<Contact>,
     law: PredictedLaw,
 ) -> PassedDerivative {
@@ -445,7 +450,7 @@ pub(crate) fn derivative(
 /// [`derivative`] with the widest vectors of the processor.
 struct Differentiate<'a> {
     window: &'a Window<f64>,
-    state: State,
+    state: PairState,
     at_end: Option<Contact>,
     law: PredictedLaw,
 }
@@ -458,7 +463,7 @@ impl WithSimd for Differentiate<'_> {
         let number = Dual::<LANES>::independent;
         let at = |n: usize| three(|c| number(self.window[n][c], 3 * n + c));
         let window = [at(0), at(1), at(2), at(3)];
-        let state = State {
+        let state = PairState {
             contact: self.state.contact,
             slid_n: two(|c| number(self.state.slid_n[c], 12 + c)),
         };

@@ -66,7 +66,7 @@ impl Blocks {
     }
 
     /// Block and motion of each unknown.
-    pub(crate) fn each(&self) -> impl Iterator<Item = (usize, usize)> {
+    pub(crate) fn blocks_and_motions(&self) -> impl Iterator<Item = (usize, usize)> {
         let blocks = self.0.iter().enumerate();
         blocks.flat_map(|(block, range)| (0..range.len()).map(move |motion| (block, motion)))
     }
@@ -88,14 +88,14 @@ impl Coarse {
         if size == 0 {
             return None;
         }
-        let columns = Columns::new(linear, blocks);
+        let columns = CoarseColumns::new(linear, blocks);
         let rows: Vec<Mat<f32>> = (0..linear.width())
             .into_par_iter()
             .map(|h| columns.rows_of(linear, h))
             .collect();
         let blocks = columns.blocks;
         let mut jacobian = Mat::zeros(size, size);
-        for (i, (block, motion)) in blocks.each().enumerate() {
+        for (i, (block, motion)) in blocks.blocks_and_motions().enumerate() {
             let row = rows[block].col_as_slice(motion);
             for (j, v) in row.iter().enumerate() {
                 jacobian[(i, j)] = f64::from(*v);
@@ -113,12 +113,12 @@ impl Coarse {
         let [motions, forces] = [&inexact.motions, &inexact.forces].map(|a| a.get(..most, ..));
         let right = product(motions, v);
         let mut q = Mat::zeros(self.blocks.unknowns(), 1);
-        for (i, (block, motion)) in self.blocks.each().enumerate() {
+        for (i, (block, motion)) in self.blocks.blocks_and_motions().enumerate() {
             q[(i, 0)] = f64::from(right[(motion, block)]);
         }
         self.factor.solve_in_place(q.as_mut());
         let mut on_motions = Mat::<f32>::zeros(most, v.ncols());
-        for (i, (block, motion)) in self.blocks.each().enumerate() {
+        for (i, (block, motion)) in self.blocks.blocks_and_motions().enumerate() {
             let q = q[(i, 0)] as f32;
             on_motions[(motion, block)] = if q.is_finite() { q } else { 0.0 };
         }
@@ -127,7 +127,7 @@ impl Coarse {
 }
 
 /// Lambda W on the motions of each block, motions x m.
-struct Columns {
+struct CoarseColumns {
     blocks: Blocks,
     /// W^T.
     own: Mat<f32>,
@@ -136,7 +136,7 @@ struct Columns {
     harmonics: Vec<[Mat<f32>; 2]>,
 }
 
-impl Columns {
+impl CoarseColumns {
     fn new(linear: &LinearSystem, blocks: Blocks) -> Self {
         let inexact = &linear.inexact;
         let motions = blocks.motions(0);
@@ -216,7 +216,7 @@ impl Columns {
 /// Columns of J W on some pairs, at block `to`, one after the other; made with the widest vectors of
 /// the processor.
 struct Images<'a> {
-    of: &'a Columns,
+    of: &'a CoarseColumns,
     linear: &'a LinearSystem,
     to: usize,
     pairs: Range<usize>,
@@ -283,7 +283,7 @@ mod tests {
             let blocks = Blocks::new(harmonics, highest_excited, motions);
             let counts: Vec<usize> = (0..blocks.0.len()).map(|b| blocks.motions(b)).collect();
             assert_eq!(blocks.unknowns(), counts.iter().sum::<usize>());
-            assert_eq!(blocks.each().count(), blocks.unknowns());
+            assert_eq!(blocks.blocks_and_motions().count(), blocks.unknowns());
             counts
         };
         assert_eq!(counts(3, 1, 100), [100, 100, 100, 70, 70, 46, 46]);

@@ -93,7 +93,7 @@ mod tests {
     use super::*;
     use crate::problem::dovetail72::dovetail72;
 
-    fn of(harmonics: usize, solver: Solver) -> u64 {
+    fn demand_bytes(harmonics: usize, solver: Solver) -> u64 {
         let resolution = Resolution::fixed(harmonics, 4096);
         let settings = SweepSettings {
             solver,
@@ -106,10 +106,10 @@ mod tests {
     fn the_jacobian_of_a_frequency_is_asked_for_by_each_half() {
         // 72 pairs, 2001 blocks: the derivative of a pair is 6003 x 6003.
         let pair = 12 * 6003_u64.pow(2);
-        let found = of(1000, Solver::NewtonKrylov);
+        let found = demand_bytes(1000, Solver::NewtonKrylov);
         assert!(found > 2 * 18 * pair && found < 2 * 19 * pair, "{found}");
         let unknowns = 216 * 2001_u64;
-        let dense = of(1000, Solver::Powell);
+        let dense = demand_bytes(1000, Solver::Powell);
         assert!(dense > 2 * 8 * unknowns.pow(2), "{dense}");
         // Large flanks need no factor of their stiffness.
         let [small, large] = [1152, 4608].map(|pairs| {
@@ -122,7 +122,7 @@ mod tests {
         });
         assert!(small > 1.2 && large < 0.5, "{small} {large}");
         // The settings of the paper take little.
-        let few = of(3, Solver::NewtonKrylov);
+        let few = demand_bytes(3, Solver::NewtonKrylov);
         assert!(few < 64 << 20, "{few}");
     }
 }

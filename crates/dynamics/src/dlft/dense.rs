@@ -29,7 +29,7 @@ pub(crate) fn exact_newton(
     let mut system = ExactSystem::new(balance, options);
     system.dense.evaluator.keep(u, known);
     let end = newton(&mut system, u, options);
-    (end, system.dense.evaluator.take(u))
+    (end, system.dense.evaluator.take_evaluation(u))
 }
 
 /// Newton's correction at `u`, which is not applied; `None` where the Jacobian is singular there.
@@ -55,7 +55,7 @@ pub fn powell(
     let mut system = DenseBalance::new(balance, options);
     system.evaluator.keep(u, known);
     let end = dogleg(&mut system, u, options);
-    (end, system.evaluator.take(u))
+    (end, system.evaluator.take_evaluation(u))
 }
 
 /// Solves J dx = -f with the factor of J, as [`NonlinearSystem::correction`] does.
@@ -121,7 +121,7 @@ impl<'a> DenseBalance<'a> {
 
 impl DoglegSystem for DenseBalance<'_> {
     fn residual(&mut self, x: &[f64]) -> Vec<f64> {
-        self.evaluator.at(x).residual.clone()
+        self.evaluator.evaluate(x).residual.clone()
     }
     fn measure(&self, f: &[f64]) -> f64 {
         relative_residual(f, self.evaluator.balance.unknowns_per_block(), self.scale)
@@ -134,7 +134,7 @@ impl DoglegSystem for DenseBalance<'_> {
     }
     fn jacobian(&mut self, x: &[f64]) -> Mat<f64> {
         let balance = self.evaluator.balance;
-        let jacobian = balance.linearise(self.evaluator.at(x));
+        let jacobian = balance.linearise(self.evaluator.evaluate(x));
         formed(balance, &jacobian)
     }
 }

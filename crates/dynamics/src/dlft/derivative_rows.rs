@@ -29,7 +29,7 @@ pub(crate) fn state_columns(width: usize, block: usize) -> [usize; 2] {
 }
 
 /// Two rows of lambda_x at the start of a period, as its derivative is at first: that by itself.
-pub(crate) fn own_state(width: usize, block: usize) -> Vec<f64> {
+pub(crate) fn identity_state(width: usize, block: usize) -> Vec<f64> {
     let mut rows = vec![0.0; 6 * block];
     for (i, column) in state_columns(width, block).into_iter().enumerate() {
         rows[i * 3 * block + column] = 1.0;
@@ -47,7 +47,7 @@ pub(crate) fn fixed_point(end: &[f64], width: usize, block: usize) -> [Vec<f64>;
     let mut rows = [first.to_vec(), second.to_vec()];
     let [first, second] = &mut rows;
     for (a, b) in first.iter_mut().zip(second) {
-        [*a, *b] = without_memory(memory, [*a, *b]).unwrap_or([*a, *b]);
+        [*a, *b] = solve_memory(memory, [*a, *b]).unwrap_or([*a, *b]);
     }
     // The start does not depend on itself.
     for row in &mut rows {
@@ -57,7 +57,7 @@ pub(crate) fn fixed_point(end: &[f64], width: usize, block: usize) -> [Vec<f64>;
 }
 
 /// Computes (I - memory)^-1 r; `None` where the pair forgets nothing.
-pub(crate) fn without_memory(memory: Square, r: [f64; 2]) -> Option<[f64; 2]> {
+pub(crate) fn solve_memory(memory: Square, r: [f64; 2]) -> Option<[f64; 2]> {
     let [[a, b], [c, d]] = memory;
     let (a, d) = (1.0 - a, 1.0 - d);
     let determinant = a * d - b * c;

@@ -35,7 +35,7 @@ impl Eps {
 
     /// eps per unknown of a block, N/m, for balances with so many harmonics at frequencies about
     /// `omega`, rad/s.
-    pub fn of(&self, system: &ContactSystem, omega: f64, harmonics: usize) -> Vec<f64> {
+    pub fn values(&self, system: &ContactSystem, omega: f64, harmonics: usize) -> Vec<f64> {
         let mut eps = match self.choice {
             EpsChoice::Dynamic => dynamic(system, omega, harmonics.max(FEWEST_HARMONICS)),
             EpsChoice::Pair => system.problem.reduced.diagonal_stiffness(),
@@ -54,8 +54,8 @@ fn dynamic(system: &ContactSystem, omega: f64, harmonics: usize) -> Vec<f64> {
     let stiffness = system.stiffness(omega, harmonics);
     let diagonals: Vec<Vec<f64>> = (1..=harmonics)
         .map(|k| {
-            let own = stiffness.diagonal(k);
-            own.iter().map(|v| v.norm()).collect()
+            let diagonal = stiffness.diagonal(k);
+            diagonal.iter().map(|v| v.norm()).collect()
         })
         .collect();
     let mut eps = system.problem.reduced.diagonal_stiffness();
@@ -111,7 +111,7 @@ mod tests {
         let own = problem.reduced.diagonal_stiffness();
         // Harmonics 1, 2 and 3 decide for one harmonic as well as for three.
         for (harmonics, looked_at) in [(1, 3), (3, 3), (6, 6)] {
-            let eps = Eps::new(EpsChoice::Dynamic).of(&system, 0.4, harmonics);
+            let eps = Eps::new(EpsChoice::Dynamic).values(&system, 0.4, harmonics);
             for pair in 0..4 {
                 let along = |c: usize, k: usize| {
                     let [re, im] = system.stiffness(0.4, k).formed(k);
@@ -142,15 +142,15 @@ mod tests {
         let system = ContactSystem::new(&problem, damping);
         use EpsChoice::{Dynamic, Pair, SpectralRadius};
         for choice in [Dynamic, Pair, SpectralRadius] {
-            let one = Eps::new(choice).of(&system, 0.4, 3);
-            let half = Eps { choice, scale: 0.5 }.of(&system, 0.4, 3);
+            let one = Eps::new(choice).values(&system, 0.4, 3);
+            let half = Eps { choice, scale: 0.5 }.values(&system, 0.4, 3);
             assert!(
                 one.iter()
                     .zip(&half)
                     .all(|(o, h)| *h == 0.5 * o && *h > 0.0)
             );
         }
-        let rho = Eps::new(EpsChoice::SpectralRadius).of(&system, 0.4, 3)[0];
+        let rho = Eps::new(EpsChoice::SpectralRadius).values(&system, 0.4, 3)[0];
         let values = problem
             .reduced
             .stiffness

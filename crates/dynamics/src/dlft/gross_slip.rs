@@ -25,10 +25,10 @@ pub(crate) fn free_slips_m(setting: &Setting, omega: f64) -> Vec<f64> {
         return vec![];
     }
     let balance = Balance::new(setting, omega);
-    let x = without_friction(&balance);
+    let x = frictionless_vibration(&balance);
     let width = setting.fourier.width();
-    let own = |pair| gather(&x, balance.unknowns_per_block(), pair, width);
-    (0..pairs).map(|pair| norm(&own(pair))).collect()
+    let pair_values = |pair| gather(&x, balance.unknowns_per_block(), pair, width);
+    (0..pairs).map(|pair| norm(&pair_values(pair))).collect()
 }
 
 /// Ratio of the largest of [`free_slips_m`] to the mean elastic displacement under friction, mu N /
@@ -48,7 +48,7 @@ pub(crate) fn slides_past(setting: &Setting, free_slips_m: &[f64]) -> f64 {
 
 /// Vibration where nothing rubs and nothing lifts off, as U: Lambda_TT X_T = F_T of the harmonics
 /// that are excited.
-fn without_friction(balance: &Balance) -> Vec<f64> {
+fn frictionless_vibration(balance: &Balance) -> Vec<f64> {
     let n = balance.unknowns_per_block();
     let along = tangential(n);
     let mut out = vec![0.0; balance.force.len()];
@@ -87,7 +87,7 @@ mod tests {
     #[test]
     fn without_friction_nothing_acts_along_the_contact_and_nothing_lifts_off() {
         for (_, balance, _) in &sample_points() {
-            let x = without_friction(balance);
+            let x = frictionless_vibration(balance);
             let n = balance.unknowns_per_block();
             let mut forces = vec![0.0; x.len()];
             balance.apply_stiffness(&x, &mut forces);
@@ -119,7 +119,7 @@ mod tests {
             let pairs = &setting.system.problem.laws;
             let count = pairs.len() as f64;
             let friction: f64 = pairs.iter().map(|p| p.friction).sum::<f64>() / count;
-            let x = without_friction(&Balance::new(&setting, OMEGA_RAD_S));
+            let x = frictionless_vibration(&Balance::new(&setting, OMEGA_RAD_S));
             let n = 3 * pairs.len();
             let mut farthest = 0.0_f64;
             for pair in 0..pairs.len() {
@@ -150,7 +150,7 @@ mod tests {
                 load.on_x = all(&load.on_x);
             }
             problem.reduced =
-                ReducedModel::of_pairs(Mat::identity(n, n), Mat::identity(n, n)).into();
+                ReducedModel::from_pair_matrices(Mat::identity(n, n), Mat::identity(n, n)).into();
             let system = ContactSystem::new(&problem, made_up::DAMPING);
             let setting = Setting {
                 system: system.into(),

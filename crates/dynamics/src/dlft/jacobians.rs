@@ -63,8 +63,8 @@ pub(crate) fn problem(pairs: usize) -> Problem {
     let n = 3 * pairs;
     let slide = 1.0 / (pairs as f64).sqrt();
     let b = Mat::from_fn(n, n, |i, j| {
-        let own = if i == j { 2.0 } else { 0.0 };
-        own + 0.3 * mixed(i * n + j, 0)
+        let diagonal = if i == j { 2.0 } else { 0.0 };
+        diagonal + 0.3 * mixed(i * n + j, 0)
     });
     // Orthogonal to the slide.
     let across = Mat::from_fn(n, n, |i, j| {
@@ -288,7 +288,7 @@ fn points(has_waves: bool) -> Vec<(String, Balance, Vec<f64>)> {
             choice: EpsChoice::Pair,
             scale: 1.3,
         };
-        let eps = asked.of(&system, OMEGA_RAD_S, HARMONICS);
+        let eps = asked.values(&system, OMEGA_RAD_S, HARMONICS);
         let inexact = InexactModel::new(&problem.reduced);
         let fourier = Fourier::new(HARMONICS, SAMPLES);
         let retention = Arc::new(Retention::new(&problem.reduced.stiffness, &eps));
@@ -364,7 +364,7 @@ pub(crate) fn changed(setting: &Setting, change: impl FnOnce(&mut Problem)) -> S
 }
 
 /// Computes Lambda U - F.
-pub(crate) fn without_contact(balance: &Balance, u: &[f64]) -> Vec<f64> {
+pub(crate) fn linear_residual(balance: &Balance, u: &[f64]) -> Vec<f64> {
     let mut out = vec![0.0; u.len()];
     balance.apply_stiffness(u, &mut out);
     out.iter_mut()

@@ -28,19 +28,19 @@ pub fn linear_curve(
     let resonances = excitations.iter().flat_map(|load| {
         let k = load.harmonic;
         let resonance = move |w2: &f64| w2.max(0.0).sqrt() / (TAU * k as f64);
-        let omega2 = &system.problem.reduced.of_harmonic(k).model.omega2;
+        let omega2 = &system.problem.reduced.harmonic_model(k).model.omega2;
         let resonances = omega2.iter().map(resonance).enumerate();
         resonances.map(move |(mode, hz)| (k, mode, hz))
     });
     let resonances: Vec<(usize, usize, f64)> = resonances.filter(|(_, _, f)| inside(f)).collect();
-    let of_first = &system.problem.reduced.of_harmonic(1).model.omega2;
-    let is_damped = (0..of_first.len()).any(|m| system.damps(1, m));
-    if !is_damped || resonances.iter().any(|(k, m, _)| !system.damps(*k, *m)) {
+    let of_first = &system.problem.reduced.harmonic_model(1).model.omega2;
+    let is_damped = (0..of_first.len()).any(|m| system.is_damped(1, m));
+    if !is_damped || resonances.iter().any(|(k, m, _)| !system.is_damped(*k, *m)) {
         // Its peaks, or some of them, are infinite.
         return points;
     }
     points.extend(resonances.into_iter().map(|(_, _, f)| at(f)));
-    in_order(&mut points);
+    sort_points(&mut points);
     let observations = points.first().map_or(0, |p| p.observed_amplitude.len());
     let mut between = Vec::new();
     for observation in 0..observations {
@@ -55,7 +55,7 @@ pub fn linear_curve(
         }
     }
     points.append(&mut between);
-    in_order(&mut points);
+    sort_points(&mut points);
     points
 }
 
@@ -83,7 +83,7 @@ fn lead_to_peak(
     visited.extend([left, right]);
 }
 
-fn in_order(points: &mut Vec<LinearPoint>) {
+fn sort_points(points: &mut Vec<LinearPoint>) {
     points.sort_by(|a, b| a.frequency_hz.total_cmp(&b.frequency_hz));
     points.dedup_by(|a, b| a.frequency_hz == b.frequency_hz);
 }
@@ -95,7 +95,7 @@ mod tests {
     use crate::problem::dovetail72::dovetail72;
     use crate::problem::{LinearReference, Problem};
 
-    fn without_pairs() -> Problem {
+    fn pairless_problem() -> Problem {
         let problem = dovetail72(1.0);
         LinearReference::stuck(&problem.reduced).problem(&problem, Rayleigh::NONE)
     }
@@ -104,10 +104,10 @@ mod tests {
     /// wide. With 10 % the peak is not where the mode is.
     #[test]
     fn the_peak_between_two_frequencies_is_found() {
-        let problem = without_pairs();
+        let problem = pairless_problem();
         let omega = problem.reduced.omega2[0].sqrt();
         for (ratio, step, tolerance) in [(1e-4, 1e-6, 1e-4), (0.1, 1e-4, 1e-6)] {
-            let damping = Rayleigh::of_stiffness(2.0 * ratio / omega);
+            let damping = Rayleigh::stiffness_proportional(2.0 * ratio / omega);
             let system = ContactSystem::new(&problem, damping);
             let first_hz = omega / TAU;
             let grid: Vec<f64> = (0..10)
@@ -135,7 +135,7 @@ mod tests {
 
     #[test]
     fn without_damping_no_peak_is_looked_for() {
-        let problem = without_pairs();
+        let problem = pairless_problem();
         let damping = Rayleigh::NONE;
         let system = ContactSystem::new(&problem, damping);
         let first_hz = problem.reduced.omega2[0].sqrt() / TAU;
@@ -145,8 +145,8 @@ mod tests {
 
     #[test]
     fn one_frequency_is_one_point() {
-        let problem = without_pairs();
-        let damping = Rayleigh::of_stiffness(1e-6);
+        let problem = pairless_problem();
+        let damping = Rayleigh::stiffness_proportional(1e-6);
         let system = ContactSystem::new(&problem, damping);
         assert_eq!(linear_curve(&system, 1, &[450.0]).len(), 1);
         assert!(linear_curve(&system, 1, &[]).is_empty());

@@ -121,7 +121,7 @@ impl LinearSystem {
     }
 
     /// Computes (I - D) v, the part of the forces v that the contact forces do not balance.
-    pub(crate) fn less_contact_response(&self, v: &[f64]) -> Vec<f64> {
+    pub(crate) fn unbalanced_part(&self, v: &[f64]) -> Vec<f64> {
         let m = self.inexact.unknowns();
         let mut y = Mat::from_fn(m, self.width(), |i, h| v[h * m + i] as f32);
         self.subtract_contact_response(&mut y, |y, _, _| y);

@@ -1,7 +1,7 @@
 //! Made-up data for unit tests: an orbit that nothing computed, and the smallest model whose curve
 //! folds; and what a solution told.
 
-use super::{Orbit, Outcome, SolvedFrequency, Told};
+use super::{Orbit, Outcome, SolvedFrequency, SweepProgress};
 use crate::contact::PairLaw;
 use crate::contact::penalty::PairStiffness;
 use crate::damping::Rayleigh;
@@ -15,7 +15,7 @@ pub(crate) fn orbit(frequency_hz: f64, outcome: Outcome, amplitudes_m: &[f64]) -
     Orbit {
         observed: amplitudes_m.iter().map(|a| vec![0.0, *a, 0.0]).collect(),
         observed_amplitude: amplitudes_m.to_vec(),
-        ..Orbit::without_motion(frequency_hz, outcome)
+        ..Orbit::motionless(frequency_hz, outcome)
     }
 }
 
@@ -27,7 +27,7 @@ pub(crate) fn mass_with_a_stop(gap_m: f64) -> Problem {
     Problem {
         reduced: ReducedModel {
             observations: vec![ObservedPoint::new("mass", normal(1.0), vec![])],
-            ..ReducedModel::of_pairs(Mat::identity(3, 3), Mat::identity(3, 3))
+            ..ReducedModel::from_pair_matrices(Mat::identity(3, 3), Mat::identity(3, 3))
         }
         .into(),
         laws: vec![PairLaw {
@@ -41,16 +41,16 @@ pub(crate) fn mass_with_a_stop(gap_m: f64) -> Problem {
 
 /// Result of `solve`, and the frequencies that it told of.
 pub(crate) fn recorded<T>(
-    solve: impl FnOnce(&(dyn Fn(Told<'_>) + Sync)) -> T,
+    solve: impl FnOnce(&(dyn Fn(SweepProgress<'_>) + Sync)) -> T,
 ) -> (T, Vec<SolvedFrequency>) {
     let solved = Mutex::new(Vec::new());
-    let found = solve(&|told| {
-        if let Told::Solved(one) = told {
+    let response = solve(&|told| {
+        if let SweepProgress::Solved(one) = told {
             solved.lock().unwrap().push(one.clone());
         }
     });
-    (found, solved.into_inner().unwrap())
+    (response, solved.into_inner().unwrap())
 }
 
 /// Damping of the mass.
-pub(crate) const DAMPING: Rayleigh = Rayleigh::of_mass(0.03);
+pub(crate) const DAMPING: Rayleigh = Rayleigh::mass_proportional(0.03);

@@ -63,7 +63,8 @@ pub enum Outcome {
     TimeLimit,
     /// No motion was found, and even applied slowly the excitation pulls harder at the flanks than
     /// the preload presses them together: the bodies would come apart.
-    LeavesSlot,
+    #[serde(rename = "leaves_slot")]
+    ExcitationExceedsPreload,
     /// The balance holds, but some pair slides so far that its two nodes do not face each other
     /// (`far_slip` of the results).
     SlidesTooFar,
@@ -93,7 +94,7 @@ impl Outcome {
     }
     /// Returns `true` if the balance holds, even where the method does not cover the solution. The
     /// next frequency of a sweep may start from it.
-    pub(crate) fn holds(self) -> bool {
+    pub(crate) fn is_balanced(self) -> bool {
         self.has_motion() || self == Self::SlidesTooFar
     }
 }
@@ -228,18 +229,18 @@ pub struct Orbit {
 
 impl Orbit {
     /// The same motion, but for stuck modes in this range, which do not vibrate.
-    pub fn without_modes(&self, left_out: Range<usize>) -> Self {
+    pub fn omit_modes(&self, left_out: Range<usize>) -> Self {
         let mut without = self.clone();
-        let all = self.modal.len() / blocks(self.harmonics);
-        let left_out = left_out.start.min(all)..left_out.end.min(all);
-        for modal in without.modal.chunks_mut(all.max(1)).skip(1) {
+        let modes = self.modal.len() / blocks(self.harmonics);
+        let left_out = left_out.start.min(modes)..left_out.end.min(modes);
+        for modal in without.modal.chunks_mut(modes.max(1)).skip(1) {
             modal[left_out.clone()].fill(0.0);
         }
         without
     }
 
     /// Orbit of one harmonic without pairs, where every other figure is zero and every list empty.
-    pub fn without_motion(frequency_hz: f64, outcome: Outcome) -> Self {
+    pub fn motionless(frequency_hz: f64, outcome: Outcome) -> Self {
         Self {
             frequency_hz,
             point: 0,
@@ -314,7 +315,7 @@ pub struct LinearPoint {
 
 /// Progress of a running sweep.
 #[derive(Debug, Clone, Copy)]
-pub enum Told<'a> {
+pub enum SweepProgress<'a> {
     /// A frequency is solved, or was solved before. One that is solved again is reported again
     /// ([`SolvedFrequency::again`]).
     Solved(&'a SolvedFrequency),
@@ -365,7 +366,7 @@ pub struct SolvedFrequency {
     /// began from the first attempt. `orbit` is then the better of both motions.
     pub again: bool,
     /// Place along its branch; `None` where the frequencies were swept.
-    pub along: Option<Along>,
+    pub along: Option<BranchPosition>,
 }
 
 /// Part of a branch that a solved frequency was found by.
@@ -384,7 +385,7 @@ pub enum Part {
 /// Place of a solved frequency along its branch, and what the branch is followed on with after an
 /// interruption.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Along {
+pub struct BranchPosition {
     /// True for the branch that begins at the last abscissa of the range.
     pub from_last: bool,
     /// Step of the follower, counted from 0, in which the frequency was solved.
@@ -419,7 +420,7 @@ pub struct Heading {
 
 impl SolvedFrequency {
     /// Record of a motion by itself, without what the next frequency would go on from.
-    pub fn alone(orbit: Orbit) -> Self {
+    pub fn isolated(orbit: Orbit) -> Self {
         Self {
             linear: LinearPoint {
                 frequency_hz: orbit.frequency_hz,
@@ -449,8 +450,8 @@ impl Response {
     /// Abscissa of an orbit: the frequency, Hz, unless its branch is followed over something else.
     pub(crate) fn abscissa(&self, index: usize) -> f64 {
         let branch = self.branches.get(self.branch_of(index));
-        let own = branch.and_then(|b| b.abscissae.get(index.checked_sub(b.points.start)?));
-        own.copied().unwrap_or(self.orbits[index].frequency_hz)
+        let abscissa = branch.and_then(|b| b.abscissae.get(index.checked_sub(b.points.start)?));
+        abscissa.copied().unwrap_or(self.orbits[index].frequency_hz)
     }
 
     /// Number of the branch that has an orbit, counted from 0.

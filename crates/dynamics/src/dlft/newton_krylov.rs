@@ -103,7 +103,7 @@ pub(crate) fn relative_residual(f: &[f64], n: usize, scale: [f64; 2]) -> f64 {
 
 impl NonlinearSystem for KrylovSystem<'_> {
     fn residual(&mut self, x: &[f64], f: &mut [f64]) {
-        f.copy_from_slice(&self.evaluator.at(x).residual);
+        f.copy_from_slice(&self.evaluator.evaluate(x).residual);
     }
 
     fn measure(&self, f: &[f64]) -> f64 {
@@ -112,7 +112,7 @@ impl NonlinearSystem for KrylovSystem<'_> {
 
     fn linearise(&mut self, x: &[f64]) {
         let balance = self.evaluator.balance;
-        let jacobian = balance.linearise(self.evaluator.at(x));
+        let jacobian = balance.linearise(self.evaluator.evaluate(x));
         self.linear = Some(self.preconditioner.linear_system(balance, &jacobian));
     }
 
@@ -172,7 +172,7 @@ impl Preconditioner {
         let columns = inexact.columns();
         let linear = LinearSystem {
             harmonics: balance.stiffness.coefficients(MODES_BELOW),
-            derivatives: in_single_precision(
+            derivatives: single_precision_derivatives(
                 jacobian,
                 &inexact.pairs,
                 balance.setting.fourier.width(),
@@ -200,7 +200,7 @@ impl Preconditioner {
     ) -> GmresEnd {
         let n = balance.unknowns_per_block();
         let width = balance.setting.fourier.width();
-        let own = n * width;
+        let unknowns = n * width;
         // Pairs that take no part always stick: eps x = right.
         for (i, (x, right)) in x.iter_mut().zip(right).enumerate() {
             *x = right / balance.eps_at(i);
@@ -210,20 +210,24 @@ impl Preconditioner {
         for &c in &columns {
             (0..width).for_each(|h| x[h * n + c] = 0.0);
         }
-        let further = border.map(|border| border.beside(&x[..own], &right[own..]));
+        let further =
+            border.map(|border| border.remaining_right_sides(&x[..unknowns], &right[unknowns..]));
         if columns.is_empty() {
             if let (Some(border), Some(further)) = (border, further) {
-                x[own..].copy_from_slice(&border.further_unknowns(&further));
+                x[unknowns..].copy_from_slice(&border.further_unknowns(&further));
             }
             return GmresEnd::SOLVED;
         }
         let mut rhs = vec![0.0; columns.len() * width];
-        if x[..own].iter().any(|&d| d != 0.0) {
-            let mut forces = vec![0.0; own];
-            balance.apply_stiffness(&x[..own], &mut forces);
-            rhs = linear.less_contact_response(&restrict(&forces, n, &columns));
+        if x[..unknowns].iter().any(|&d| d != 0.0) {
+            let mut forces = vec![0.0; unknowns];
+            balance.apply_stiffness(&x[..unknowns], &mut forces);
+            rhs = linear.unbalanced_part(&restrict(&forces, n, &columns));
         }
-        for (r, right) in rhs.iter_mut().zip(restrict(&right[..own], n, &columns)) {
+        for (r, right) in rhs
+            .iter_mut()
+            .zip(restrict(&right[..unknowns], n, &columns))
+        {
             *r = right - *r;
         }
         rhs.extend(further.into_iter().flatten());
@@ -248,7 +252,7 @@ impl Preconditioner {
                 x[h * n + c] = v;
             }
         }
-        x[own..].copy_from_slice(&solution[columns.len() * width..]);
+        x[unknowns..].copy_from_slice(&solution[columns.len() * width..]);
         end
     }
 
@@ -276,17 +280,21 @@ impl Preconditioner {
 }
 
 /// D of `pairs` in single precision; the identity for those not active, which stick.
-fn in_single_precision(jacobian: &Jacobian, pairs: &[usize], width: usize) -> PairDerivatives {
+fn single_precision_derivatives(
+    jacobian: &Jacobian,
+    pairs: &[usize],
+    width: usize,
+) -> PairDerivatives {
     let full = 3 * width;
-    let mut all = PairDerivatives::new(width, jacobian.active.len());
+    let mut derivatives = PairDerivatives::new(width, jacobian.active.len());
     let mut active = jacobian.active.iter().zip(&jacobian.derivatives).peekable();
     for pair in pairs {
         match active.next_if(|(p, _)| *p == pair) {
-            Some((_, derivative)) => all.push(|i, j| derivative[i * full + j] as f32),
-            None => all.push_identity(),
+            Some((_, derivative)) => derivatives.push(|i, j| derivative[i * full + j] as f32),
+            None => derivatives.push_identity(),
         }
     }
-    all
+    derivatives
 }
 
 /// Entries of the columns `columns`, block by block.

@@ -46,8 +46,8 @@ pub fn one_balance(
         mean,
     } = settings;
     let system = ContactSystem::new(problem, damping);
-    let eps = eps.of(&system, TAU * eps_hz, harmonics);
-    let setting = Setting::about(
+    let eps = eps.values(&system, TAU * eps_hz, harmonics);
+    let setting = Setting::new(
         state,
         system.into(),
         InexactModel::unprepared(&problem.reduced).into(),
@@ -58,7 +58,7 @@ pub fn one_balance(
     if mean == Mean::Free && state.retention_n.is_none() {
         return balance;
     }
-    match Holding::of(problem).retention() {
+    match Holding::new(problem).retention() {
         Some(retention) => balance.retained_by(Arc::clone(retention)),
         None => balance,
     }

@@ -28,7 +28,7 @@ pub fn orbit(
         system, fourier, ..
     } = &balance.setting;
     let motion = motion(system, fourier.harmonics(), u, frequency_hz);
-    with_pairs(motion, balance, u, evaluation, outcome)
+    add_pair_motion(motion, balance, u, evaluation, outcome)
 }
 
 /// Builds the orbit of a converged vibration without a force, in which the tracked mode has this
@@ -52,11 +52,11 @@ pub(crate) fn unforced_orbit(
         input_power_w: 0.0,
         ..motion_of(system, harmonics, u, modal, frequency_hz)
     };
-    with_pairs(motion, balance, u, evaluation, Outcome::Converged)
+    add_pair_motion(motion, balance, u, evaluation, Outcome::Converged)
 }
 
 /// Adds what the pairs do to an orbit.
-fn with_pairs(
+fn add_pair_motion(
     motion: Orbit,
     balance: &Balance,
     u: &[f64],
@@ -112,7 +112,7 @@ fn motion_of(
         viscous_power_w: viscous_w,
         input_power_w: input_w,
         kinetic_energy_j,
-        ..Orbit::without_motion(frequency_hz, Outcome::Converged)
+        ..Orbit::motionless(frequency_hz, Outcome::Converged)
     }
 }
 
@@ -139,7 +139,7 @@ fn amplitudes_m(
 pub(crate) fn first_harmonics(system: &ContactSystem, u: &[f64], omega: f64) -> Vec<c64> {
     let x = complex_block(u, system.unknowns(), 1);
     let q = system.modal_response(1, omega, &x, &modal_load(system, 1, omega));
-    let of = system.problem.reduced.of_harmonic(1);
+    let of = system.problem.reduced.harmonic_model(1);
     let x = of.widened(&x);
     let observed = of.observations().iter();
     observed.map(|point| point.amplitude(&x, &q)).collect()
@@ -148,7 +148,12 @@ pub(crate) fn first_harmonics(system: &ContactSystem, u: &[f64], omega: f64) -> 
 /// Derivative of [`first_harmonics`] with respect to the complex amplitudes of harmonic 1 of the
 /// pairs: n coefficients for each observed displacement.
 pub(crate) fn first_harmonic_slopes(system: &ContactSystem, omega: f64) -> Vec<Vec<c64>> {
-    let observed = system.problem.reduced.of_harmonic(1).observations().iter();
+    let observed = system
+        .problem
+        .reduced
+        .harmonic_model(1)
+        .observations()
+        .iter();
     observed
         .map(|point| system.displacement_slope(1, omega, &point.on_x, &point.on_modes))
         .collect()
@@ -223,7 +228,7 @@ fn refined(coefficients: &[f64], start: f64) -> f64 {
 
 /// Complex loads on the modes of harmonic k: `cosine - i sine`.
 fn modal_load(system: &ContactSystem, k: usize, omega: f64) -> Vec<c64> {
-    let modes = system.problem.reduced.of_harmonic(k).model.omega2.len();
+    let modes = system.problem.reduced.harmonic_model(k).model.omega2.len();
     let mut out = vec![c64::new(0.0, 0.0); modes];
     let loads = system.problem.excitations.iter();
     for load in loads.filter(|load| load.harmonic == k) {
@@ -278,16 +283,20 @@ fn modal_amplitudes_by(
 fn observe(system: &ContactSystem, harmonics: usize, u: &[f64], modal: &[f64]) -> Vec<Vec<f64>> {
     let reduced = &system.problem.reduced;
     let mut out = vec![vec![0.0; blocks(harmonics)]; reduced.observations.len()];
-    let mut observe = |at: usize, observations: &[ObservedPoint], part: &Block| {
+    let mut observe = |at: usize, observations: &[ObservedPoint], part: &CoefficientBlock| {
         for (out, point) in out.iter_mut().zip(observations) {
             let on_modes = &part.q[..point.on_modes.len()];
             out[at] = dot(&point.on_x, &part.x) + dot(&point.on_modes, on_modes);
         }
     };
-    observe(0, &reduced.observations, &Block::mean(system, u, modal));
+    observe(
+        0,
+        &reduced.observations,
+        &CoefficientBlock::mean(system, u, modal),
+    );
     for k in 1..=harmonics {
-        let observations = reduced.of_harmonic(k).observations();
-        let parts = Block::parts(system, k, u, modal);
+        let observations = reduced.harmonic_model(k).observations();
+        let parts = CoefficientBlock::parts(system, k, u, modal);
         for (at, part) in [cosine(k), sine(k)].into_iter().zip(&parts) {
             observe(at, observations, part);
         }
@@ -296,12 +305,12 @@ fn observe(system: &ContactSystem, harmonics: usize, u: &[f64], modal: &[f64]) -
 }
 
 /// Cosine or sine part of a motion in one harmonic, on the model of that harmonic, or its mean.
-struct Block {
+struct CoefficientBlock {
     x: Vec<f64>,
     q: Vec<f64>,
 }
 
-impl Block {
+impl CoefficientBlock {
     fn mean(system: &ContactSystem, u: &[f64], modal: &[f64]) -> Self {
         let reduced = &system.problem.reduced;
         Self {
@@ -314,7 +323,7 @@ impl Block {
     fn parts(system: &ContactSystem, k: usize, u: &[f64], modal: &[f64]) -> [Self; 2] {
         let reduced = &system.problem.reduced;
         let (n, m) = (system.unknowns(), reduced.most_modes());
-        let of = reduced.of_harmonic(k);
+        let of = reduced.harmonic_model(k);
         let blocks = [cosine(k), sine(k)];
         let parts = of.widened_parts(blocks.map(|block| &u[block * n..(block + 1) * n]));
         let on_modes = blocks.map(|block| &modal[block * m..][..of.model.omega2.len()]);
@@ -345,23 +354,25 @@ fn powers(
 ) -> Powers {
     let problem = &system.problem;
     let (mut input, mut viscous, mut kinetic) = (0.0, 0.0, 0.0);
-    let moved = |k: usize| Block::parts(system, k, u, modal);
-    let moved: Vec<[Block; 2]> = (1..=harmonics).map(moved).collect();
+    let moved = |k: usize| CoefficientBlock::parts(system, k, u, modal);
+    let moved: Vec<[CoefficientBlock; 2]> = (1..=harmonics).map(moved).collect();
     let products = elastic_and_inertial_products(&problem.reduced, &moved);
     for (k, (parts, products)) in (1..=harmonics).zip(moved.iter().zip(products)) {
         let kw = k as f64 * omega;
-        let of = problem.reduced.of_harmonic(k);
+        let of = problem.reduced.harmonic_model(k);
         // Both copies of a sector have the same power.
         let share = 1.0 / of.copies() as f64;
         let model = of.model;
         for load in problem.excitations.iter().filter(|l| l.harmonic == k) {
             // Power = <f . dx/dt>: (k w / 2) (f_c . x_s - f_s . x_c).
-            let work = |f: &Load, part: &Block| dot(&f.on_x, &part.x) + dot(&f.on_modes, &part.q);
+            let work = |f: &Load, part: &CoefficientBlock| {
+                dot(&f.on_x, &part.x) + dot(&f.on_modes, &part.q)
+            };
             let work = work(&load.cosine, &parts[1]) - work(&load.sine, &parts[0]);
             input += 0.5 * kw * load.factor(omega) * share * work;
         }
-        let besides = problem.damping_besides(of, system.damping);
-        for (Block { x, q }, [elastic, inertial]) in parts.iter().zip(products) {
+        let besides = problem.additional_damping(of, system.damping);
+        for (CoefficientBlock { x, q }, [elastic, inertial]) in parts.iter().zip(products) {
             let mut energy = 0.0;
             let modal = q.iter().zip(&model.omega2).map(|(q, w2)| w2 * q * q);
             energy += system.damping.stiffness_s * (elastic + modal.sum::<f64>());
@@ -378,9 +389,9 @@ fn powers(
         }
         if let Some(coefficients) = of.influence_on_copies() {
             let moved = model.dashpots.influenced().into_iter().map(|weights| {
-                let [c, s] = parts
-                    .each_ref()
-                    .map(|Block { x, q }| dot(&weights.on_x, x) + dot(&weights.on_modes, q));
+                let [c, s] = parts.each_ref().map(|CoefficientBlock { x, q }| {
+                    dot(&weights.on_x, x) + dot(&weights.on_modes, q)
+                });
                 c64::new(c, -s)
             });
             let moved: Vec<c64> = moved.collect();
@@ -401,10 +412,10 @@ fn powers(
 /// harmonics that move by the same model.
 fn elastic_and_inertial_products(
     reduced: &ReducedModel,
-    moved: &[[Block; 2]],
+    moved: &[[CoefficientBlock; 2]],
 ) -> Vec<[[f64; 2]; 2]> {
-    let mut found = vec![[[0.0; 2]; 2]; moved.len()];
-    let models = (1..=moved.len()).map(|k| reduced.of_harmonic(k).model);
+    let mut found_products = vec![[[0.0; 2]; 2]; moved.len()];
+    let models = (1..=moved.len()).map(|k| reduced.harmonic_model(k).model);
     let models: Vec<&ReducedModel> = models.collect();
     for (first, model) in models.iter().enumerate() {
         let is_same = |k: &usize| std::ptr::eq(models[*k], *model);
@@ -417,10 +428,10 @@ fn elastic_and_inertial_products(
         let [elastic, inertial] =
             [&model.stiffness, &model.mass].map(|a| quadratic_forms(a.as_ref(), x.as_ref()));
         for (column, products) in elastic.into_iter().zip(inertial).enumerate() {
-            found[harmonics[column / 2]][column % 2] = products.into();
+            found_products[harmonics[column / 2]][column % 2] = products.into();
         }
     }
-    found
+    found_products
 }
 
 fn pair_cycle(
@@ -451,7 +462,7 @@ fn pair_cycle(
     }
     let open_fraction = end.open_samples as f64 / fourier.samples() as f64;
     PairCycle {
-        status: CycleStatus::of(open_at_rest, open_fraction, balance.slips(pair, end)),
+        status: CycleStatus::new(open_at_rest, open_fraction, balance.slips(pair, end)),
         slid_m,
         rubbed_nm: balance.rubbed_nm(pair, end),
         open_fraction,
@@ -467,7 +478,7 @@ mod tests {
     use super::*;
     use crate::damping::Rayleigh;
     use crate::dlft::jacobians::{
-        OMEGA_RAD_S, OPEN_AT_REST, changed, sample_points, without_contact,
+        OMEGA_RAD_S, OPEN_AT_REST, changed, linear_residual, sample_points,
     };
     use crate::problem::{HarmonicLoad, LinearReference, Problem};
     use crate::reduced::ReducedModel;
@@ -479,7 +490,7 @@ mod tests {
 
     /// Values, velocities and accelerations at the phase w t of signals given by blocks of `size`
     /// coefficients.
-    fn at_phase(v: &[f64], size: usize, phase: f64) -> [Vec<f64>; 3] {
+    fn evaluate_at_phase(v: &[f64], size: usize, phase: f64) -> [Vec<f64>; 3] {
         let mut out = [v[..size].to_vec(), vec![0.0; size], vec![0.0; size]];
         for (i, block) in v[size..].chunks_exact(2 * size).enumerate() {
             let k = (i + 1) as f64;
@@ -578,18 +589,21 @@ mod tests {
             let system = &balance.setting.system;
             let problem = &system.problem;
             let (n, modes) = (system.unknowns(), problem.reduced.omega2.len());
-            let of_balance = without_contact(&Balance::new(&balance.setting, OMEGA_RAD_S), u);
+            let of_balance = linear_residual(&Balance::new(&balance.setting, OMEGA_RAD_S), u);
             let (orbit, _) = orbit_of(balance, u);
             for i in 0..7 {
                 let phase = 0.9 * f64::from(i);
                 let load = load_at(problem, orbit.harmonics, phase);
-                let [x, v, acceleration] = at_phase(u, n, phase);
-                let [q, q_rate, q_second] = at_phase(&orbit.modal, modes, phase);
+                let [x, v, acceleration] = evaluate_at_phase(u, n, phase);
+                let [q, q_rate, q_second] = evaluate_at_phase(&orbit.modal, modes, phase);
                 let kx = times(&problem.reduced.stiffness, &x);
                 let ma = times(&problem.reduced.mass, &acceleration);
                 let p = times(&problem.reduced.coupling, &q_second);
                 let [on_x, on_modes] = damping_forces(system, &v, &q_rate);
-                for (i, found) in at_phase(&of_balance, n, phase)[0].iter().enumerate() {
+                for (i, found) in evaluate_at_phase(&of_balance, n, phase)[0]
+                    .iter()
+                    .enumerate()
+                {
                     assert_near(*found, kx[i] + on_x[i] + ma[i] + p[i] - load.on_x[i]);
                 }
                 let coupling = problem.reduced.coupling.transpose().to_owned();
@@ -615,9 +629,9 @@ mod tests {
             for i in 0..INSTANTS {
                 let phase = TAU * i as f64 / INSTANTS as f64;
                 let load = load_at(problem, orbit.harmonics, phase);
-                let [_, v, _] = at_phase(u, n, phase);
-                let [_, q_rate, _] = at_phase(&orbit.modal, modes, phase);
-                let [lambda, ..] = at_phase(&evaluation.lambda, n, phase);
+                let [_, v, _] = evaluate_at_phase(u, n, phase);
+                let [_, q_rate, _] = evaluate_at_phase(&orbit.modal, modes, phase);
+                let [lambda, ..] = evaluate_at_phase(&evaluation.lambda, n, phase);
                 input += dot(&load.on_x, &v) + dot(&load.on_modes, &q_rate);
                 let [on_x, on_modes] = damping_forces(system, &v, &q_rate);
                 viscous += dot(&v, &on_x) + dot(&q_rate, &on_modes);
@@ -671,10 +685,10 @@ mod tests {
             for (point, observed) in problem.reduced.observations.iter().zip(&orbit.observed) {
                 for i in 0..7 {
                     let phase = 0.9 * f64::from(i);
-                    let [x, ..] = at_phase(u, n, phase);
-                    let [q, ..] = at_phase(&orbit.modal, modes, phase);
+                    let [x, ..] = evaluate_at_phase(u, n, phase);
+                    let [q, ..] = evaluate_at_phase(&orbit.modal, modes, phase);
                     let seen = dot(&point.on_x, &x) + dot(&point.on_modes, &q);
-                    assert_near(at_phase(observed, 1, phase)[0][0], seen);
+                    assert_near(evaluate_at_phase(observed, 1, phase)[0][0], seen);
                 }
             }
             let amplitudes: Vec<f64> = orbit.observed.iter().map(|c| amplitude(c)).collect();
@@ -686,7 +700,7 @@ mod tests {
             for i in 0..samples {
                 let phase = TAU * i as f64 / samples as f64;
                 // The normal law has no history: the force is what is predicted, unless that pulls.
-                let [predicted, ..] = at_phase(&evaluation.lambda_u, n, phase);
+                let [predicted, ..] = evaluate_at_phase(&evaluation.lambda_u, n, phase);
                 for (pair, compression) in compressions.iter_mut().enumerate() {
                     let law = law(pair);
                     let trial = law.shares[0] * predicted[3 * pair] + law.shift_n;

@@ -2,7 +2,7 @@
 
 use super::between_samples::{self, Window};
 use crate::contact::coulomb::{Contact, length};
-use crate::contact::{PredictedLaw, State};
+use crate::contact::{PairState, PredictedLaw};
 use dovetail_numerics::fourier::Fourier;
 
 /// The force is periodic when the state moves by less than this fraction of the largest predicted
@@ -39,7 +39,7 @@ pub(crate) struct PairInput<'a> {
     /// Law of the pair.
     pub law: PredictedLaw,
     /// State at the start of the first period.
-    pub start: State,
+    pub start: PairState,
     /// Rounding of the law; `None` for the law itself.
     pub rounding: Option<Rounding>,
 }
@@ -62,7 +62,7 @@ pub(crate) struct Signals {
 /// Passage of a pair from one sample to the next.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Passage {
-    /// Position along the contact at the end, N ([`State::slid_n`]).
+    /// Position along the contact at the end, N ([`PairState::slid_n`]).
     pub position_n: [f64; 2],
     /// True if the pair slips or is open at some instant that is looked at.
     pub slips: bool,
@@ -122,7 +122,7 @@ impl Signals {
     #[inline(always)]
     fn find_reversals(&mut self, input: &PairInput<'_>) {
         let samples = self.samples();
-        if !input.law.rubs() || input.periods != Periods::UntilPeriodic {
+        if !input.law.has_friction() || input.periods != Periods::UntilPeriodic {
             self.reverses.fill(false);
             return;
         }
@@ -160,7 +160,7 @@ impl Signals {
     }
 
     /// Path slid over the last period, N, and the integral of the compression along it, N2. The
-    /// period begins at `start_n` ([`State::slid_n`]).
+    /// period begins at `start_n` ([`PairState::slid_n`]).
     #[inline(always)]
     pub(crate) fn path(&self, start_n: [f64; 2], shift_n: f64) -> [f64; 2] {
         let mut path = [0.0; 2];
@@ -172,7 +172,7 @@ impl Signals {
             } else if self.contact[n] == Contact::Slip {
                 let slid_n = length(to_n[0] - from_n[0], to_n[1] - from_n[1]);
                 let [before_n, now_n] =
-                    [self.before(n), n].map(|n| compression_n(self.prediction(n, shift_n)[0]));
+                    [self.previous(n), n].map(|n| compression_n(self.prediction(n, shift_n)[0]));
                 path[0] += slid_n;
                 path[1] += 0.5 * (before_n + now_n) * slid_n;
             }
@@ -182,42 +182,43 @@ impl Signals {
     }
 
     /// State of the pair after sample `n`.
-    pub(crate) fn state(&self, n: usize, shift_n: f64) -> State {
-        State::after(self.prediction(n, shift_n), self.contact[n], self.force(n))
+    pub(crate) fn state(&self, n: usize, shift_n: f64) -> PairState {
+        PairState::from_contact_force(self.prediction(n, shift_n), self.contact[n], self.force(n))
     }
 
     /// Sample before sample `n`; the last sample precedes the first.
     #[inline(always)]
-    pub(crate) fn before(&self, n: usize) -> usize {
+    pub(crate) fn previous(&self, n: usize) -> usize {
         if n == 0 { self.samples() - 1 } else { n - 1 }
     }
 
     /// Samples around the interval that ends at sample `n`, which is the third of them.
     #[inline(always)]
-    pub(crate) fn around(&self, n: usize) -> [usize; 4] {
-        let before = self.before(n);
-        [self.before(before), before, n, (n + 1) % self.samples()]
+    pub(crate) fn neighbourhood(&self, n: usize) -> [usize; 4] {
+        let before = self.previous(n);
+        [self.previous(before), before, n, (n + 1) % self.samples()]
     }
 
     /// Predictions at those samples.
     pub(crate) fn window(&self, n: usize, shift_n: f64) -> Window<f64> {
-        self.around(n).map(|n| self.prediction(n, shift_n))
+        self.neighbourhood(n).map(|n| self.prediction(n, shift_n))
     }
 
     /// Returns `true` if the pair may turn between the sample before and sample `n`.
     #[inline(always)]
     pub(crate) fn turns(&self, n: usize, law: &PredictedLaw) -> bool {
-        let [before, now] = [self.before(n), n].map(|n| self.contact[n]);
+        let [before, now] = [self.previous(n), n].map(|n| self.contact[n]);
         self.reverses[n]
             || (before == Contact::Open) != (now == Contact::Open)
-            || law.rubs() && (before != now || now == Contact::Slip && self.turns_inward(n, law))
+            || law.has_friction()
+                && (before != now || now == Contact::Slip && self.turns_inward(n, law))
     }
 
     /// Returns `true` if a pair that slips at the sample before leaves its cone inwards on the way
     /// to sample `n`.
     #[inline(always)]
     fn turns_inward(&self, n: usize, law: &PredictedLaw) -> bool {
-        let before = self.before(n);
+        let before = self.previous(n);
         let [from, to] = [before, n].map(|n| self.prediction(n, 0.0));
         let step = [0, 1, 2].map(|c| to[c] - from[c]);
         law.turns_inward(self.force(before), step)
@@ -225,8 +226,8 @@ impl Signals {
 
     /// Returns `true` if the pair closes between the sample before and sample `n`.
     #[inline(always)]
-    pub(crate) fn lands(&self, n: usize, shift_n: f64) -> bool {
-        self.lambda_u[self.before(n)] + shift_n >= 0.0 && self.lambda_u[n] + shift_n < 0.0
+    pub(crate) fn closes(&self, n: usize, shift_n: f64) -> bool {
+        self.lambda_u[self.previous(n)] + shift_n >= 0.0 && self.lambda_u[n] + shift_n < 0.0
     }
 }
 

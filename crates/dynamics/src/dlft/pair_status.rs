@@ -43,7 +43,7 @@ impl fmt::Display for CycleStatus {
 impl CycleStatus {
     /// Status of a pair that is open for a fraction of the period. `slides` is true if it slides
     /// farther than the threshold.
-    pub fn of(is_open_at_rest: bool, open_fraction: f64, slides: bool) -> Self {
+    pub fn new(is_open_at_rest: bool, open_fraction: f64, slides: bool) -> Self {
         match (is_open_at_rest, slides) {
             (true, _) if open_fraction < 1.0 => Self::Closing,
             (true, _) => Self::Open,
@@ -155,7 +155,7 @@ mod tests {
             (true, 0.9, true, Closing),
             (true, 0.0, false, Closing),
         ] {
-            let found = CycleStatus::of(is_open_at_rest, open_fraction, slides);
+            let found = CycleStatus::new(is_open_at_rest, open_fraction, slides);
             assert_eq!(
                 found, expected,
                 "{is_open_at_rest} {open_fraction} {slides}"

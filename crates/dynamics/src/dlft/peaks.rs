@@ -30,7 +30,7 @@ pub fn heights(orbits: &[Orbit], observation: usize) -> impl Iterator<Item = (us
 ///
 /// Next to a mode the square of an amplitude is `c / ((f - f_0)^2 + w^2)`, so that its inverse is a
 /// parabola, however far apart the points are.
-pub fn rise_above(points: [(f64, f64); 3]) -> Option<f64> {
+pub fn peak_rise_ratio(points: [(f64, f64); 3]) -> Option<f64> {
     let [low, middle, high] = points;
     let rise = if low.1.max(high.1) < OUTSIDE * middle.1 {
         let inverse = points.map(|(place, amplitude)| (place, -(middle.1 / amplitude).powi(2)));
@@ -81,7 +81,7 @@ mod tests {
     fn points_with_a_motion_have_a_height_and_their_position() {
         let orbit = |outcome, amplitude_m: &[f64]| Orbit {
             observed_amplitude: amplitude_m.to_vec(),
-            ..Orbit::without_motion(1.0, outcome)
+            ..Orbit::motionless(1.0, outcome)
         };
         let orbits = [
             orbit(Outcome::Converged, &[1.0, 5.0]),
@@ -100,16 +100,16 @@ mod tests {
     #[test]
     fn the_height_of_a_resonance_between_its_points_is_exact() {
         let squared = |f: f64| ((f - 3.0).powi(2) + 0.01).recip();
-        let rise = rise_above([1.0, 2.5, 4.0].map(|f| (f, squared(f).sqrt()))).unwrap();
+        let rise = peak_rise_ratio([1.0, 2.5, 4.0].map(|f| (f, squared(f).sqrt()))).unwrap();
         let exact = (squared(3.0) / squared(2.5)).sqrt() - 1.0;
         assert!((rise - exact).abs() < 1e-12, "{rise} {exact}");
         // The inverse squares reach zero between the points: no height follows from them.
         let undamped = |f: f64| (f - 3.0).abs().recip();
-        let rise = rise_above([1.0, 2.5, 4.0].map(|f| (f, undamped(f))));
+        let rise = peak_rise_ratio([1.0, 2.5, 4.0].map(|f| (f, undamped(f))));
         assert_eq!(rise, Some(MOST_SQUARED.sqrt() - 1.0));
         // A neighbour at nine tenths lies within the resonance: the parabola counts.
         let near = [(1.0, 0.9), (2.0, 1.0), (3.0, 0.5)];
-        assert_eq!(rise_above(near), Some(vertex(near).0));
+        assert_eq!(peak_rise_ratio(near), Some(vertex(near).0));
     }
 
     #[test]
@@ -140,7 +140,7 @@ mod tests {
             for shift in -9..=9 {
                 let middle = 1.0 + spacing * f64::from(shift) / 20.0;
                 let around = [middle - spacing, middle, middle + spacing];
-                let rise = rise_above(around.map(|w| (w, curve(w)))).unwrap();
+                let rise = peak_rise_ratio(around.map(|w| (w, curve(w)))).unwrap();
                 let far_below = curve(middle) < 0.9 * peak;
                 assert!(
                     rise > 10.0 * LEAST_RISE || !far_below,
@@ -157,15 +157,21 @@ mod tests {
         let (above, off) = vertex(points);
         assert!((off - 4.0).abs() < 1e-12);
         assert!((above - (4.0 - points[1].1)).abs() < 1e-12);
-        let rise = rise_above(points).unwrap();
+        let rise = peak_rise_ratio(points).unwrap();
         assert!((rise - (4.0 / points[1].1 - 1.0)).abs() < 1e-12);
     }
 
     #[test]
     fn a_flat_top_does_not_rise() {
         let flat = [(1.0, 1.0), (2.0, 1.0), (3.0, 1.0)];
-        assert_eq!((vertex(flat), rise_above(flat)), ((0.0, 0.0), Some(0.0)));
+        assert_eq!(
+            (vertex(flat), peak_rise_ratio(flat)),
+            ((0.0, 0.0), Some(0.0))
+        );
         // Two points at one place, and an amplitude that is none.
-        assert_eq!(rise_above([(1.0, 1.0), (1.0, f64::NAN), (3.0, 1.0)]), None);
+        assert_eq!(
+            peak_rise_ratio([(1.0, 1.0), (1.0, f64::NAN), (3.0, 1.0)]),
+            None
+        );
     }
 }

@@ -21,7 +21,7 @@ use super::newton_krylov::{
     KRYLOV_TOLERANCE, KrylovSystem, LOOSE_KRYLOV_TOLERANCE, load_scale, relative_residual,
 };
 use super::retention::{Holding, Mean};
-use super::{Attempt, Told};
+use super::{Attempt, SweepProgress};
 use crate::dlft::settings::Solver;
 use dovetail_numerics::fourier::Fourier;
 use dovetail_numerics::nonlinear::{NewtonEnd, NewtonOptions, NewtonStatus, newton};
@@ -37,11 +37,11 @@ mod strategy;
 mod truncation;
 
 pub(crate) use neighbour::{Neighbour, resized};
-pub(crate) use solution::{Solution, Work};
-pub(crate) use truncation::Truncation;
+pub(crate) use solution::{Solution, SolverWork};
+pub(crate) use truncation::HarmonicTruncation;
 
-use mean::Settled;
-use solution::{Start, keep_better};
+use mean::SettledMean;
+use solution::{MethodStart, keep_better};
 use strategy::{GrowingFriction, Method, Strategy};
 
 /// No further strategy is tried once a frequency has taken this many times the Newton iterations
@@ -66,7 +66,7 @@ pub(crate) struct FrequencySolver<'a> {
     pub newton: NewtonOptions,
     pub solver: Solver,
     pub holding: Arc<Holding>,
-    pub tell: &'a (dyn Fn(Told<'_>) + Sync),
+    pub tell: &'a (dyn Fn(SweepProgress<'_>) + Sync),
 }
 
 impl<'a> FrequencySolver<'a> {
@@ -76,7 +76,7 @@ impl<'a> FrequencySolver<'a> {
         newton: NewtonOptions,
         solver: Solver,
         holding: Arc<Holding>,
-        tell: &'a (dyn Fn(Told<'_>) + Sync),
+        tell: &'a (dyn Fn(SweepProgress<'_>) + Sync),
     ) -> Self {
         Self {
             setting,
@@ -94,7 +94,7 @@ impl<'a> FrequencySolver<'a> {
         &self,
         frequency_hz: f64,
         last: Option<&Neighbour>,
-        work: &mut Work,
+        work: &mut SolverWork,
     ) -> Solution {
         self.solve_by(&self.strategies(frequency_hz), frequency_hz, last, work)
     }
@@ -104,7 +104,7 @@ impl<'a> FrequencySolver<'a> {
         &self,
         frequency_hz: f64,
         neighbour: &Neighbour,
-        work: &mut Work,
+        work: &mut SolverWork,
     ) -> Solution {
         let mut strategies = self.strategies(frequency_hz);
         strategies.retain(|strategy| {
@@ -128,13 +128,16 @@ impl<'a> FrequencySolver<'a> {
             let parts = parts.take(n).step_by(3);
             factor * parts.map(|(c, s)| c.hypot(*s)).sum::<f64>()
         });
-        if stuck_n.sum::<f64>() <= setting.pressing_n || self.holding.without_contact() {
+        if stuck_n.sum::<f64>() <= setting.pressing_n || self.holding.is_held_without_contact() {
             return false;
         }
-        let sliding_n = factors.zip(self.holding.pulls()).map(|(factor, pulls)| {
-            let sizes = pulls.iter().map(|pull| pull.norm());
-            factor * sizes.sum::<f64>()
-        });
+        let sliding_n =
+            factors
+                .zip(self.holding.normal_force_amplitudes())
+                .map(|(factor, pulls)| {
+                    let sizes = pulls.iter().map(|pull| pull.norm());
+                    factor * sizes.sum::<f64>()
+                });
         sliding_n.sum::<f64>() > setting.pressing_n
     }
 
@@ -145,7 +148,7 @@ impl<'a> FrequencySolver<'a> {
         strategies: &[Strategy],
         frequency_hz: f64,
         last: Option<&Neighbour>,
-        work: &mut Work,
+        work: &mut SolverWork,
     ) -> Solution {
         let mut best: Option<Solution> = None;
         let mut far: Option<Solution> = None;
@@ -160,7 +163,7 @@ impl<'a> FrequencySolver<'a> {
             {
                 break;
             }
-            (self.tell)(Told::Tries(Attempt {
+            (self.tell)(SweepProgress::Tries(Attempt {
                 frequency_hz,
                 harmonics: self.setting.fourier.harmonics(),
                 strategy: &strategy.to_string(),
@@ -182,13 +185,13 @@ impl<'a> FrequencySolver<'a> {
                     continue;
                 };
                 if solved.is_converged() {
-                    match self.with_its_mean(frequency_hz, solved, work) {
-                        Settled::Answer(solved) => return solved,
-                        Settled::Far(solved) => {
+                    match self.decide_mean(frequency_hz, solved, work) {
+                        SettledMean::Answer(solved) => return solved,
+                        SettledMean::Far(solved) => {
                             far.get_or_insert(solved);
                             continue;
                         }
-                        Settled::Walks(walking) => solved = walking,
+                        SettledMean::Walks(walking) => solved = walking,
                     }
                     solved.end.status = NewtonStatus::Stagnated;
                     solved.end.measure = f64::INFINITY;
@@ -206,7 +209,7 @@ impl<'a> FrequencySolver<'a> {
         best
     }
 
-    fn budget_exhausted(&self, work: &Work) -> bool {
+    fn budget_exhausted(&self, work: &SolverWork) -> bool {
         work.newton_iterations >= MOST_ATTEMPTS * self.newton.max_iterations
             || work.krylov_iterations >= MOST_KRYLOV_ITERATIONS
             || work.deadline.is_over()
@@ -262,19 +265,20 @@ impl<'a> FrequencySolver<'a> {
         frequency_hz: f64,
         mean: Mean,
         last: Option<&Neighbour>,
-        work: &mut Work,
+        work: &mut SolverWork,
     ) -> Option<Solution> {
         match strategy {
             Strategy::FromNeighbour(method) => {
                 let balance = self.balance(frequency_hz, mean)?;
                 let scale = load_scale(&balance, self.newton.tolerance);
                 let n = balance.unknowns_per_block();
-                let evaluated = |start: &mut Start| {
+                let evaluated = |start: &mut MethodStart| {
                     let evaluation = start.known.insert(balance.evaluate(&start.u));
                     relative_residual(&evaluation.residual, n, scale)
                 };
                 let starts = last?.starts(frequency_hz, self.unknowns());
-                let mut starts: Vec<Start> = starts.into_iter().map(Start::at).collect();
+                let mut starts: Vec<MethodStart> =
+                    starts.into_iter().map(MethodStart::new).collect();
                 if let [continued, unchanged] = &mut starts[..] {
                     // Across a resonance the line through the neighbours leads astray.
                     let measure = evaluated(continued);
@@ -323,9 +327,9 @@ impl<'a> FrequencySolver<'a> {
                 };
                 self.continue_in_steps(self.static_start(), steps, &at, work)
             }
-            Strategy::InSharpness => self.with_rounded_laws(frequency_hz, mean, work),
+            Strategy::InSharpness => self.follow_rounded_laws(frequency_hz, mean, work),
             Strategy::InFriction(friction) => {
-                self.with_growing_friction(friction, frequency_hz, mean, work)
+                self.grow_friction(friction, frequency_hz, mean, work)
             }
         }
     }
@@ -339,7 +343,7 @@ impl<'a> FrequencySolver<'a> {
         frequency_hz: f64,
         mean: Mean,
         method: Method,
-        work: &mut Work,
+        work: &mut SolverWork,
     ) -> Option<Vec<f64>> {
         let setting = &self.setting;
         let excited = setting.system.problem.highest_excited().max(1);
@@ -348,7 +352,7 @@ impl<'a> FrequencySolver<'a> {
             return Some(start);
         }
         let fourier = Fourier::new(excited, setting.fourier.samples());
-        let fewer = self.with(&fourier.into(), &setting.eps);
+        let fewer = self.with_resolution(&fourier.into(), &setting.eps);
         let balance = fewer.balance(frequency_hz, mean)?;
         let options = NewtonOptions {
             tolerance: self.newton.tolerance.max(GOOD_START),
@@ -364,7 +368,7 @@ impl<'a> FrequencySolver<'a> {
     }
 
     /// This solver with other harmonics and samples, and another eps.
-    pub(crate) fn with(&self, fourier: &Arc<Fourier>, eps: &Arc<[f64]>) -> Self {
+    pub(crate) fn with_resolution(&self, fourier: &Arc<Fourier>, eps: &Arc<[f64]>) -> Self {
         let mut other = self.clone();
         other.setting.fourier = Arc::clone(fourier);
         other.setting.eps = Arc::clone(eps);
@@ -378,7 +382,7 @@ impl<'a> FrequencySolver<'a> {
         mut u: Vec<f64>,
         steps: u32,
         at: &dyn Fn(f64) -> Option<Balance>,
-        work: &mut Work,
+        work: &mut SolverWork,
     ) -> Option<Solution> {
         let method = self.stepping();
         let mut solved = None;
@@ -412,22 +416,22 @@ impl<'a> FrequencySolver<'a> {
         u: Vec<f64>,
         method: Method,
         options: NewtonOptions,
-        work: &mut Work,
+        work: &mut SolverWork,
     ) -> Solution {
-        self.iterate_from(balance, Start::at(u), method, options, work)
+        self.iterate_from(balance, MethodStart::new(u), method, options, work)
     }
 
     /// Like [`FrequencySolver::iterate`], from a start at which the balance may be evaluated already.
     fn iterate_from(
         &self,
         mut balance: Balance,
-        start: Start,
+        start: MethodStart,
         method: Method,
         options: NewtonOptions,
-        work: &mut Work,
+        work: &mut SolverWork,
     ) -> Solution {
         balance.deadline = work.deadline;
-        let Start { mut u, known } = start;
+        let MethodStart { mut u, known } = start;
         let (end, evaluation) = match method {
             Method::Krylov(tolerance) => {
                 let walked_off = |u: &[f64]| balance.mean() == Mean::Free && self.walked_off(u);
@@ -441,7 +445,7 @@ impl<'a> FrequencySolver<'a> {
                 system.evaluator.keep(&u, known);
                 let end = newton(&mut system, &mut u, options);
                 work.krylov_iterations += system.krylov_iterations;
-                (end, system.evaluator.take(&u))
+                (end, system.evaluator.take_evaluation(&u))
             }
             Method::Exact => exact_newton(&balance, &mut u, known, options),
             Method::Dogleg => powell(&balance, &mut u, known, options),
@@ -515,11 +519,11 @@ mod tests {
                 for max_iterations in [1, 3, 60] {
                     let newton = NewtonOptions::new(1e-9, max_iterations);
                     let setting = balance.setting.clone();
-                    let holding = Holding::of(&setting.system.problem).into();
+                    let holding = Holding::new(&setting.system.problem).into();
                     let solver = Solver::NewtonKrylov;
                     let frequencies =
                         FrequencySolver::new(setting.clone(), newton, solver, holding, &|_| ());
-                    let mut work = Work::default();
+                    let mut work = SolverWork::default();
                     // Pressed together, and excited little: there is a motion to be found.
                     let mut balance = Balance::new(&setting, OMEGA_RAD_S);
                     let (mean, vibration) = balance.force.split_at_mut(setting.system.unknowns());

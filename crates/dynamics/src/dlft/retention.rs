@@ -60,7 +60,7 @@ pub struct Holding {
 
 impl Holding {
     /// Holding of a model.
-    pub fn of(problem: &Problem) -> Self {
+    pub fn new(problem: &Problem) -> Self {
         Self {
             problem: problem.clone(),
             without_contact: OnceLock::new(),
@@ -71,30 +71,30 @@ impl Holding {
 
     /// Returns `true` if the bodies are [held without
     /// contact](crate::reduced::ReducedModel::is_held_without_contact).
-    pub(crate) fn without_contact(&self) -> bool {
+    pub(crate) fn is_held_without_contact(&self) -> bool {
         let reduced = &self.problem.reduced;
         *self.without_contact.get_or_init(|| {
             // Mostly a motion along the contacts is free, which spares the factor of the stiffness.
-            let mut along = self.along_contacts().motions.iter();
+            let mut along = self.tangential_motions().motions.iter();
             !along.any(|motion| reduced.is_free(motion)) && reduced.is_held_without_contact()
         })
     }
 
     /// Motions that nothing holds where all pairs are open: orthonormal, in relative displacements.
     pub fn free_motions(&self) -> Vec<Vec<f64>> {
-        let own = self.problem.reduced.diagonal_stiffness();
-        let mean_stiffness = own.iter().sum::<f64>() / own.len().max(1) as f64;
+        let diagonal = self.problem.reduced.diagonal_stiffness();
+        let mean_stiffness = diagonal.iter().sum::<f64>() / diagonal.len().max(1) as f64;
         softer_than(&self.problem.reduced.stiffness, mean_stiffness, FREE)
     }
 
     /// Motions that only friction holds; `None` where there are none.
     pub fn retention(&self) -> Option<&Arc<Retention>> {
-        let found = self.along_contacts();
-        (found.is_needed() && !self.without_contact()).then_some(found)
+        let retention = self.tangential_motions();
+        (retention.is_needed() && !self.is_held_without_contact()).then_some(retention)
     }
 
     /// Motions with hardly any stiffness where the normal displacements of all pairs are held.
-    fn along_contacts(&self) -> &Arc<Retention> {
+    fn tangential_motions(&self) -> &Arc<Retention> {
         self.along_contacts.get_or_init(|| {
             let reduced = &self.problem.reduced;
             Retention::new(&reduced.stiffness, &reduced.diagonal_stiffness()).into()
@@ -104,16 +104,16 @@ impl Holding {
     /// Amplitudes of the normal forces of the pairs of the sector under each excitation applied
     /// slowly, N, where nothing lifts off and nothing rubs: a pair that slides carries no part of
     /// what acts along the contact. Not finite where nothing at all holds a motion that is excited.
-    pub(crate) fn pulls(&self) -> &[Vec<c64>] {
+    pub(crate) fn normal_force_amplitudes(&self) -> &[Vec<c64>] {
         self.pulls.get_or_init(|| {
             let reduced = &self.problem.reduced;
             let mut models: Vec<(Option<usize>, Sliding)> = Vec::new();
             let of = |load: &HarmonicLoad| {
-                let of = reduced.of_harmonic(load.harmonic);
+                let of = reduced.harmonic_model(load.harmonic);
                 let nodal_diameter = of.wave.map(|wave| wave.nodal_diameter);
                 let known = models.iter().position(|(d, _)| *d == nodal_diameter);
                 let at = known.unwrap_or_else(|| {
-                    models.push((nodal_diameter, Sliding::of(&of.model.stiffness)));
+                    models.push((nodal_diameter, Sliding::new(&of.model.stiffness)));
                     models.len() - 1
                 });
                 let (stiffness, sliding) = (&of.model.stiffness, &models[at].1);
@@ -137,7 +137,7 @@ struct Sliding {
 }
 
 impl Sliding {
-    fn of(stiffness: &Mat<f64>) -> Self {
+    fn new(stiffness: &Mat<f64>) -> Self {
         let along = tangential(stiffness.nrows());
         let count = along.len();
         let k = Mat::from_fn(count, count, |i, j| stiffness[(along[i], along[j])]);
@@ -265,7 +265,7 @@ impl Retention {
     }
 
     /// Part of the way from `anchor` to `x` that lies along the motions.
-    pub fn along(&self, x: &[f64], anchor: &[f64]) -> Vec<f64> {
+    pub fn projected_drift(&self, x: &[f64], anchor: &[f64]) -> Vec<f64> {
         let difference: Vec<f64> = x.iter().zip(anchor).map(|(x, a)| x - a).collect();
         let mut along = vec![0.0; x.len()];
         for motion in &self.motions {
@@ -277,7 +277,7 @@ impl Retention {
     /// Forces of the spring at `x`, anchored at `anchor`, N: their sizes on the pairs, added up. Where
     /// they have different directions, this is more than their resultant.
     pub(crate) fn force_n(&self, x: &[f64], anchor: &[f64]) -> f64 {
-        let along = self.along(x, anchor);
+        let along = self.projected_drift(x, anchor);
         let lengths_m = along.chunks_exact(3).map(|v| v[1].hypot(v[2]));
         self.stiffness_n_m * lengths_m.sum::<f64>()
     }
@@ -387,7 +387,7 @@ mod tests {
             let own: Vec<f64> = (0..24).map(|i| k[(i, i)]).collect();
             let found = Retention::new(&k, &own);
             assert!(found.is_needed());
-            let model = ReducedModel::of_pairs(k, Mat::zeros(24, 24));
+            let model = ReducedModel::from_pair_matrices(k, Mat::zeros(24, 24));
             assert_eq!(found.is_indifferent(&model), indifferent, "{spring}");
             assert_eq!(found.softened(0.1).is_indifferent(&model), indifferent);
         }
@@ -416,8 +416,8 @@ mod tests {
             parts[part].on_x.copy_from_slice(&load);
             sought.push(normals);
         }
-        let holding = Holding::of(&problem);
-        let [pulls] = holding.pulls() else {
+        let holding = Holding::new(&problem);
+        let [pulls] = holding.normal_force_amplitudes() else {
             panic!("one excitation has one list of pulls");
         };
         for (pair, pull) in pulls.iter().enumerate() {
@@ -469,16 +469,16 @@ mod tests {
         // Grounded along the normals alone: both translations are free, and no more than with the
         // normals held.
         let free = problem(chain(4, 0.0));
-        let holding = Holding::of(&free);
-        assert!(!holding.without_contact() && !free.reduced.is_held_without_contact());
+        let holding = Holding::new(&free);
+        assert!(!holding.is_held_without_contact() && !free.reduced.is_held_without_contact());
         assert_eq!(holding.free_motions().len(), 2);
         assert_eq!(holding.retention().unwrap().motions.len(), 2);
         // A spring too soft for friction to matter beside it holds all the same.
         let mut soft = chain(4, 1e-6);
         soft[(2, 2)] += 1e-6;
         let soft = problem(soft);
-        let holding = Holding::of(&soft);
-        assert!(holding.without_contact());
+        let holding = Holding::new(&soft);
+        assert!(holding.is_held_without_contact());
         assert!(holding.free_motions().is_empty() && holding.retention().is_none());
     }
 

@@ -7,7 +7,7 @@
 //! off, and a pair forgets where it began: it creeps under any force. Newton's method finds the
 //! motion at a small q from far away, and follows it as q grows.
 
-use super::derivative_rows::{DerivativeSignals, Square, own_state, without_memory};
+use super::derivative_rows::{DerivativeSignals, Square, identity_state, solve_memory};
 use super::pair_signals::{PERIODICITY, PairInput, Rounding, Signals, add_own};
 use crate::contact::coulomb::length;
 use dovetail_numerics::fourier::Fourier;
@@ -80,7 +80,7 @@ fn rounded(predicted: [f64; 3], friction: f64, rounding: Rounding) -> Rounded {
 
 /// Law at sample `n`, and lambda_x (tangential) after it, from that before it, N.
 #[inline(always)]
-fn at_sample(
+fn sample_law(
     n: usize,
     input: &PairInput<'_>,
     signals: &Signals,
@@ -111,7 +111,7 @@ fn one_period(
 ) -> March {
     let (mut state, mut memory) = (start, [[1.0, 0.0], [0.0, 1.0]]);
     for n in 0..signals.samples() {
-        let (law, after) = at_sample(n, input, signals, rounding, state);
+        let (law, after) = sample_law(n, input, signals, rounding, state);
         state = after;
         memory = product(law.by_tangential, memory);
     }
@@ -135,7 +135,7 @@ fn periodic(input: &PairInput<'_>, signals: &Signals, rounding: Rounding) -> (Ma
         if is_periodic || periods == MOST_PERIODS {
             return (march, is_periodic);
         }
-        let step = without_memory(march.memory, moved).unwrap_or(moved);
+        let step = solve_memory(march.memory, moved).unwrap_or(moved);
         start = [0, 1].map(|c| march.start[c] + step[c]);
     }
 }
@@ -151,7 +151,7 @@ pub(crate) fn contact_forces(
     let samples = signals.samples();
     let mut state = march.start;
     for n in 0..samples {
-        let (law, after) = at_sample(n, input, signals, rounding, state);
+        let (law, after) = sample_law(n, input, signals, rounding, state);
         for (c, force) in law.force.iter().enumerate() {
             signals.lambda[c * samples + n] = *force;
         }
@@ -170,12 +170,12 @@ pub(crate) fn derivative_rows(
     let (samples, width, block) = (fourier.samples(), fourier.width(), fourier.padded_width());
     let full = 3 * block;
     let (march, _) = periodic(input, signals, rounding);
-    let mut history = own_state(width, block);
+    let mut history = identity_state(width, block);
     let mut rows = vec![0.0; (block + 2 * full) * samples];
     let mut state = march.start;
     for (n, row) in rows.chunks_exact_mut(block + 2 * full).enumerate() {
         let s = fourier.padded_row(n);
-        let (law, after) = at_sample(n, input, signals, rounding, state);
+        let (law, after) = sample_law(n, input, signals, rounding, state);
         let (normal, force) = row.split_at_mut(block);
         let slope = law.normal_by_normal;
         normal.iter_mut().zip(s).for_each(|(n, s)| *n = slope * s);
@@ -187,8 +187,8 @@ pub(crate) fn derivative_rows(
                 *f = -b1 * h1 - b2 * h2;
             }
             for (c, by) in [law.by_normal[i], b1, b2].into_iter().enumerate() {
-                let own = force[c * block..(c + 1) * block].iter_mut();
-                own.zip(s).for_each(|(f, s)| *f += by * s);
+                let pair_forces = force[c * block..(c + 1) * block].iter_mut();
+                pair_forces.zip(s).for_each(|(f, s)| *f += by * s);
             }
         }
         history.iter_mut().zip(&*force).for_each(|(h, f)| *h = -f);

@@ -66,7 +66,7 @@ pub fn starting_tractions(
         law.friction = 0.0;
     }
     let mut settled = |tractions_n: &[[f64; 2]]| {
-        with_tractions(problem, &mut smooth, tractions_n, steps, options)
+        settle_tractions(problem, &mut smooth, tractions_n, steps, options)
     };
     let none = vec![[0.0; 2]; problem.laws.len()];
     let normal_first = settled(&none);
@@ -95,29 +95,29 @@ pub fn starting_tractions(
 /// State that pairs come to from where flanks without friction would be under the static load and
 /// these tractions, N, of each pair: with friction they stay there, and bear the tractions themselves,
 /// as far as their limits go. `smooth` is the problem without friction, and is the same afterwards.
-fn with_tractions(
+fn settle_tractions(
     problem: &Problem,
     smooth: &mut Problem,
     tractions_n: &[[f64; 2]],
     steps: usize,
     options: NewtonOptions,
 ) -> StaticState {
-    let own = smooth.reduced.static_load.on_x.clone();
+    let static_load = smooth.reduced.static_load.on_x.clone();
     let loads = smooth.reduced_mut().static_load.on_x.chunks_exact_mut(3);
     for (load, traction) in loads.zip(tractions_n) {
         load[1] -= traction[0];
         load[2] -= traction[1];
     }
     // Without friction the state does not depend on the way of the load.
-    let mut found = static_state(smooth, steps, options);
-    smooth.reduced_mut().static_load.on_x = own;
-    if !found.outcome.is_converged() {
-        return found;
+    let mut state = static_state(smooth, steps, options);
+    smooth.reduced_mut().static_load.on_x = static_load;
+    if !state.outcome.is_converged() {
+        return state;
     }
-    for (force, traction) in found.lambda.chunks_exact_mut(3).zip(tractions_n) {
+    for (force, traction) in state.lambda.chunks_exact_mut(3).zip(tractions_n) {
         force[1..].copy_from_slice(traction);
     }
-    static_state_after(problem, (&found).into(), options)
+    static_state_after(problem, (&state).into(), options)
 }
 
 /// Share of a turn: a sequence without a pattern that is the same in each run (the fractional parts

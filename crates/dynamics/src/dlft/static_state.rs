@@ -28,7 +28,7 @@ pub use load_path::LoadPath;
 /// Default criteria that end the iteration of a load step: a relative residual, and iterations.
 pub const CRITERIA: NewtonOptions = NewtonOptions::new(1e-10, 100);
 
-use load_steps::Start;
+use load_steps::LoadStart;
 use system::StaticSystem;
 
 /// Solves the static state under the static load.
@@ -46,9 +46,9 @@ use system::StaticSystem;
 ///
 /// // 1 N presses the pair together, and 0.1 N pulls it along: friction holds up to 0.2 N.
 /// let identity = Mat::identity(3, 3);
-/// let model = ReducedModel::of_pairs(identity.clone(), identity).static_load([-1.0, 0.1, 0.0]);
-/// let problem = Problem::of_laws(model, vec![PairLaw::rigid(0.2, 0.0)]);
-/// let state = static_state(&problem, 10, CRITERIA);
+/// let model = ReducedModel::from_pair_matrices(identity.clone(),
+/// identity).static_load([-1.0, 0.1, 0.0]); let problem = Problem::unexcited(model,
+/// vec![PairLaw::rigid(0.2, 0.0)]); let state = static_state(&problem, 10, CRITERIA);
 /// assert!(state.outcome.is_converged());
 /// assert_eq!(state.status, [PairStatus::Stuck]);
 /// ```
@@ -57,9 +57,9 @@ pub fn static_state(
     path: impl Into<LoadPath>,
     options: NewtonOptions,
 ) -> StaticState {
-    with_linear(
+    add_linear_reference(
         problem,
-        settle(problem, Start::Unloaded, &path.into(), options),
+        settle(problem, LoadStart::Unloaded, &path.into(), options),
     )
 }
 
@@ -89,7 +89,7 @@ pub fn static_state_after(
     before: PairsAtRest<'_>,
     options: NewtonOptions,
 ) -> StaticState {
-    with_linear(problem, settled_after(problem, before, options))
+    add_linear_reference(problem, settled_after(problem, before, options))
 }
 
 /// State of [`static_state_after`], with a linear reference whose pairs all stick.
@@ -98,13 +98,13 @@ pub(super) fn settled_after(
     before: PairsAtRest<'_>,
     options: NewtonOptions,
 ) -> StaticState {
-    settle(problem, Start::After(before), &1.into(), options)
+    settle(problem, LoadStart::After(before), &1.into(), options)
 }
 
 /// State with its own linear reference, if it converged.
-fn with_linear(problem: &Problem, mut state: StaticState) -> StaticState {
+fn add_linear_reference(problem: &Problem, mut state: StaticState) -> StaticState {
     if state.outcome.is_converged() {
-        state.linear = LinearReference::about(problem, &state.open_pairs());
+        state.linear = LinearReference::new(problem, &state.open_pairs());
     }
     state
 }
@@ -112,29 +112,31 @@ fn with_linear(problem: &Problem, mut state: StaticState) -> StaticState {
 /// Solves the state, with a linear reference whose pairs all stick.
 fn settle(
     problem: &Problem,
-    from: Start<'_>,
+    from: LoadStart<'_>,
     path: &LoadPath,
     options: NewtonOptions,
 ) -> StaticState {
     let eps = &problem.reduced.diagonal_stiffness();
-    let all: Vec<usize> = (0..problem.laws.len()).collect();
-    let inexact = InexactModel::of_mean(&problem.reduced).taking_part(&all, None);
-    let holding = Holding::of(problem);
-    let load_up = |retention: Option<&Retention>, start: Start<'_>| {
+    let pairs: Vec<usize> = (0..problem.laws.len()).collect();
+    let inexact = InexactModel::mean_only(&problem.reduced).taking_part(&pairs, None);
+    let holding = Holding::new(problem);
+    let load_up = |retention: Option<&Retention>, start: LoadStart<'_>| {
         let system = StaticSystem::new(problem, &inexact, eps, retention);
         system.load_up(start, path, &holding, options)
     };
     let mut free = load_up(None, from);
     let mut start = from;
-    let nothing_holds = |state: &StaticState| state.all_open() && !holding.without_contact();
+    let nothing_holds =
+        |state: &StaticState| state.all_open() && !holding.is_held_without_contact();
     let is_lost = |state: &StaticState| !state.outcome.is_converged() || nothing_holds(state);
-    let is_apart = matches!(from, Start::Unloaded) && problem.laws.iter().any(|p| p.gap_m > 0.0);
+    let is_apart =
+        matches!(from, LoadStart::Unloaded) && problem.laws.iter().any(|p| p.gap_m > 0.0);
     if is_lost(&free) && is_apart && problem.steady_force_n() > 0.0 {
         // A blade that touches nothing has an equilibrium of its own, far inwards, and one that few
         // pairs touch has hardly any stiffness: start with the flanks together.
-        let other = load_up(None, Start::ClearancesClosed);
+        let other = load_up(None, LoadStart::ClearancesClosed);
         if !is_lost(&other) || free.all_open() && !other.all_open() {
-            (free, start) = (other, Start::ClearancesClosed);
+            (free, start) = (other, LoadStart::ClearancesClosed);
         }
     }
     if free.outcome == Outcome::NothingHolds {

@@ -13,9 +13,9 @@ use super::gross_slip::free_slips_m;
 use super::linear_curve::linear_curve;
 use super::orbit::{linear_point, orbit};
 use super::pair_signals::Periods;
-use super::point::{FrequencySolver, Neighbour, Solution, Work};
+use super::point::{FrequencySolver, Neighbour, Solution, SolverWork};
 use super::retention::Holding;
-use super::{Branch, Orbit, Outcome, Response, SolvedFrequency, StaticState, Stop, Told};
+use super::{Branch, Orbit, Outcome, Response, SolvedFrequency, StaticState, Stop, SweepProgress};
 use crate::damping::Rayleigh;
 use crate::dlft::settings::{EpsChoice, Resolution, Solver};
 use crate::problem::Problem;
@@ -92,37 +92,38 @@ impl SweepSettings {
 /// `earlier` are frequencies that an interrupted sweep of the same model with the same settings
 /// solved, in any order. They are not solved again, except for those of an incomplete stretch.
 /// `tell` is called from any thread, for each frequency that is solved, `earlier` ones included,
-/// and once more for one that is solved again. It may stop the sweep ([`Told::Next`]).
+/// and once more for one that is solved again. It may stop the sweep ([`SweepProgress::Next`]).
 pub fn sweep(
     problem: &Problem,
     damping: Rayleigh,
     static_state: &StaticState,
     settings: &SweepSettings,
     earlier: &[SolvedFrequency],
-    tell: &(dyn Fn(Told<'_>) + Sync),
+    tell: &(dyn Fn(SweepProgress<'_>) + Sync),
 ) -> Response {
-    Run::new(problem, damping, static_state, settings, earlier, tell).swept(settings)
+    SweepSolvers::new(problem, damping, static_state, settings, earlier, tell)
+        .sweep_both_ends(settings)
 }
 
 /// Solves the only frequency of `settings` as a sweep does, where the model changes from frequency to
 /// frequency. `last` is what the frequencies before it, which have the same pairs, leave to start
 /// from; `point` is the number of the frequency.
 pub fn solve_after(
-    last: &Last,
+    last: &SweepState,
     point: usize,
     problem: &Problem,
     damping: Rayleigh,
     static_state: &StaticState,
     settings: &SweepSettings,
-    tell: &(dyn Fn(Told<'_>) + Sync),
+    tell: &(dyn Fn(SweepProgress<'_>) + Sync),
 ) -> Option<SolvedFrequency> {
     let frequency_hz = *settings.frequencies_hz.first()?;
     let at = NumberedFrequency {
         point,
         frequency_hz,
     };
-    let run = Run::new(problem, damping, static_state, settings, &[], tell);
-    Some(run.point(at, last, &mut Work::default()))
+    let run = SweepSolvers::new(problem, damping, static_state, settings, &[], tell);
+    Some(run.point(at, last, &mut SolverWork::default()))
 }
 
 /// Angular frequency in the middle of the range, rad/s. It serves for the whole curve, so that eps
@@ -134,16 +135,16 @@ fn middle(frequencies_hz: &[f64]) -> f64 {
 
 /// State of a sweep: the last converged frequency, and the level to begin the next on.
 #[derive(Debug, Default)]
-pub struct Last {
+pub struct SweepState {
     neighbour: Option<Neighbour>,
     level: usize,
 }
 
-impl Last {
+impl SweepState {
     /// Moves on to a frequency that is solved.
     pub fn follow(&mut self, solved: &SolvedFrequency) {
-        if solved.orbit.outcome.holds() {
-            let neighbour = Neighbour::of(&solved.orbit, self.neighbour.as_ref());
+        if solved.orbit.outcome.is_balanced() {
+            let neighbour = Neighbour::from_orbit(&solved.orbit, self.neighbour.as_ref());
             *self = Self {
                 neighbour: Some(neighbour),
                 level: solved.next_level,
@@ -161,7 +162,7 @@ fn is_better(orbit: &Orbit, than: &Orbit) -> bool {
 }
 
 /// Solvers and data that the frequencies of a response share.
-pub(super) struct Run<'a> {
+pub(super) struct SweepSolvers<'a> {
     /// Linear reference.
     pub(super) linear: ContactSystem,
     /// Solvers of a frequency, by the number of harmonics.
@@ -173,7 +174,7 @@ pub(super) struct Run<'a> {
     /// True if errors are estimated, as in [`SweepSettings`].
     estimates: bool,
     /// Listener to the solution.
-    pub(super) tell: &'a (dyn Fn(Told<'_>) + Sync),
+    pub(super) tell: &'a (dyn Fn(SweepProgress<'_>) + Sync),
     stop: Stop,
     /// Distance beyond which a pair counts as slipping, m.
     pub(super) slip_threshold_m: f64,
@@ -195,7 +196,7 @@ pub(super) struct NumberedFrequency {
 
 impl NumberedFrequency {
     /// Frequency of a motion.
-    pub(super) fn of(orbit: &Orbit) -> Self {
+    pub(super) fn from_orbit(orbit: &Orbit) -> Self {
         Self {
             point: orbit.point,
             frequency_hz: orbit.frequency_hz,
@@ -203,7 +204,7 @@ impl NumberedFrequency {
     }
 }
 
-impl<'a> Run<'a> {
+impl<'a> SweepSolvers<'a> {
     /// Run of a model about its static state. `earlier` and `tell` are those of [`sweep`].
     pub(super) fn new(
         problem: &Problem,
@@ -211,14 +212,14 @@ impl<'a> Run<'a> {
         static_state: &StaticState,
         settings: &SweepSettings,
         earlier: &'a [SolvedFrequency],
-        tell: &'a (dyn Fn(Told<'_>) + Sync),
+        tell: &'a (dyn Fn(SweepProgress<'_>) + Sync),
     ) -> Self {
         let system = Arc::new(ContactSystem::new(problem, damping));
         let omega = middle(&settings.frequencies_hz);
         let levels = levels(
             settings.resolution,
             problem.highest_excited(),
-            |harmonics| settings.eps.of(&system, omega, harmonics),
+            |harmonics| settings.eps.values(&system, omega, harmonics),
         );
         let (fourier, eps) = (&levels[0].fourier, &levels[0].eps);
         let slip_threshold_m = settings
@@ -228,7 +229,7 @@ impl<'a> Run<'a> {
         let mut setting = Setting {
             periods: settings.periods,
             slip_threshold_m,
-            ..Setting::about(
+            ..Setting::new(
                 static_state,
                 system,
                 inexact,
@@ -238,7 +239,7 @@ impl<'a> Run<'a> {
         };
         setting.free_slips_m = free_slips_m(&setting, omega).into();
         let (newton, solver) = (settings.newton, settings.solver);
-        let holding = Holding::of(problem).into();
+        let holding = Holding::new(problem).into();
         let lowest = FrequencySolver::new(setting, newton, solver, holding, tell);
         let linear = static_state.linear.problem(problem, damping);
         let earlier = earlier.iter();
@@ -259,8 +260,8 @@ impl<'a> Run<'a> {
         &self,
         refinement: &Refinement<'_>,
         begin: FrequencyOnLevel,
-        work: &mut Work,
-        solve: impl Fn(&FrequencySolver<'_>, &mut Work) -> Solution,
+        work: &mut SolverWork,
+        solve: impl Fn(&FrequencySolver<'_>, &mut SolverWork) -> Solution,
     ) -> Resolved {
         let (level, solved) = refinement.solve(begin.level, work, solve);
         let at = FrequencyOnLevel { level, ..begin };
@@ -273,12 +274,12 @@ impl<'a> Run<'a> {
         refinement: &Refinement<'_>,
         at: FrequencyOnLevel,
         solved: Solution,
-        work: &mut Work,
+        work: &mut SolverWork,
     ) -> Resolved {
         if self.estimates {
             refinement.refined(at.frequency_hz, at.level, solved, work)
         } else {
-            Resolved::without_estimate(at.level, solved)
+            Resolved::unestimated(at.level, solved)
         }
     }
 
@@ -288,13 +289,13 @@ impl<'a> Run<'a> {
     }
 
     /// Asks the listener before a frequency is solved. Returns `false` once it has stopped the sweep.
-    pub(super) fn goes_on(&self) -> bool {
-        (self.tell)(Told::Next(&self.stop));
+    pub(super) fn should_continue(&self) -> bool {
+        (self.tell)(SweepProgress::Next(&self.stop));
         !self.stop.is_stopped()
     }
 
     /// Sweeps the frequencies from both ends.
-    fn swept(&self, settings: &SweepSettings) -> Response {
+    fn sweep_both_ends(&self, settings: &SweepSettings) -> Response {
         let frequencies_hz = &settings.frequencies_hz;
         let middle = frequencies_hz.len().div_ceil(2);
         let numbered = frequencies_hz.iter().enumerate();
@@ -324,7 +325,7 @@ impl<'a> Run<'a> {
     }
 
     /// Points that an earlier run solved along one of the two branches, in the order of solution.
-    pub(super) fn earlier_along(&self, from_last: bool) -> Vec<&SolvedFrequency> {
+    pub(super) fn earlier_points(&self, from_last: bool) -> Vec<&SolvedFrequency> {
         let is_of =
             |s: &&SolvedFrequency| s.along.as_ref().is_some_and(|a| a.from_last == from_last);
         let mut found: Vec<&SolvedFrequency> =
@@ -340,14 +341,14 @@ impl<'a> Run<'a> {
 
     /// Sweeps half of the range; `points` are its frequencies in the order of the sweep.
     fn half(&self, points: &[NumberedFrequency]) -> Vec<SolvedFrequency> {
-        let mut last = Last::default();
+        let mut last = SweepState::default();
         let mut half = Vec::with_capacity(points.len());
         for stretch in points.chunks(STRETCH) {
-            let mut work = Work::default();
+            let mut work = SolverWork::default();
             let earlier = |point: &NumberedFrequency| self.solved_before(*point, false);
             let known: Option<Vec<&SolvedFrequency>> = stretch.iter().map(earlier).collect();
             for (i, point) in stretch.iter().enumerate() {
-                if !self.goes_on() {
+                if !self.should_continue() {
                     return half;
                 }
                 let solved = match &known {
@@ -355,14 +356,19 @@ impl<'a> Run<'a> {
                     None => self.point(*point, &last, &mut work),
                 };
                 last.follow(&solved);
-                (self.tell)(Told::Solved(&solved));
+                (self.tell)(SweepProgress::Solved(&solved));
                 half.push(solved);
             }
         }
         half
     }
 
-    fn point(&self, at: NumberedFrequency, last: &Last, work: &mut Work) -> SolvedFrequency {
+    fn point(
+        &self,
+        at: NumberedFrequency,
+        last: &SweepState,
+        work: &mut SolverWork,
+    ) -> SolvedFrequency {
         work.start_counting(self.most_seconds);
         let frequency_hz = at.frequency_hz;
         let begin = FrequencyOnLevel {
@@ -376,7 +382,12 @@ impl<'a> Run<'a> {
     }
 
     /// Record of a frequency that is solved by itself.
-    fn solved_at(&self, at: NumberedFrequency, resolved: Resolved, work: &Work) -> SolvedFrequency {
+    fn solved_at(
+        &self,
+        at: NumberedFrequency,
+        resolved: Resolved,
+        work: &SolverWork,
+    ) -> SolvedFrequency {
         SolvedFrequency {
             next_level: resolved.next_level,
             orbit: self.orbit_of(&self.refinement, resolved, at, work),
@@ -395,11 +406,11 @@ impl<'a> Run<'a> {
     /// Solves each frequency that did not converge once more, from the neighbour on its other side:
     /// the rising half downwards, then the falling half (from `middle`) upwards.
     fn retry_from_other_side(&self, all: &mut [SolvedFrequency], middle: usize) {
-        let mut work = Work::default();
+        let mut work = SolverWork::default();
         let downwards = (0..middle).rev().map(|i| (i, i + 1));
         let upwards = (middle..all.len()).map(|i| (i, i.wrapping_sub(1)));
         for (i, beside) in downwards.chain(upwards) {
-            if !self.goes_on() {
+            if !self.should_continue() {
                 return;
             }
             let Some(neighbour) = all.get(beside) else {
@@ -407,11 +418,11 @@ impl<'a> Run<'a> {
             };
             let (failed, neighbour) = (&all[i], &neighbour.orbit);
             let earlier = self
-                .solved_before(NumberedFrequency::of(&failed.orbit), true)
+                .solved_before(NumberedFrequency::from_orbit(&failed.orbit), true)
                 .cloned();
             let again = earlier.or_else(|| self.solve_again(failed, neighbour, &mut work));
             if let Some(again) = again {
-                (self.tell)(Told::Solved(&again));
+                (self.tell)(SweepProgress::Solved(&again));
                 all[i] = again;
             }
         }
@@ -424,12 +435,12 @@ impl<'a> Run<'a> {
         &self,
         failed: &SolvedFrequency,
         neighbour: &Orbit,
-        work: &mut Work,
+        work: &mut SolverWork,
     ) -> Option<SolvedFrequency> {
         let orbit = &failed.orbit;
         let may_converge = match orbit.outcome {
             Outcome::Converged
-            | Outcome::LeavesSlot
+            | Outcome::ExcitationExceedsPreload
             | Outcome::SlidesTooFar
             | Outcome::NothingHolds => false,
             Outcome::Stagnated
@@ -439,7 +450,7 @@ impl<'a> Run<'a> {
             | Outcome::TimeLimit
             | Outcome::AccuracyNotReached => true,
         };
-        if !may_converge || !neighbour.outcome.holds() {
+        if !may_converge || !neighbour.outcome.is_balanced() {
             return None;
         }
         let frequency_hz = orbit.frequency_hz;
@@ -448,7 +459,7 @@ impl<'a> Run<'a> {
         } else {
             0
         };
-        let neighbour = Neighbour::of(neighbour, None);
+        let neighbour = Neighbour::from_orbit(neighbour, None);
         work.start_counting(self.most_seconds);
         let begin = FrequencyOnLevel {
             frequency_hz,
@@ -457,7 +468,7 @@ impl<'a> Run<'a> {
         let resolved = self.resolve(&self.refinement, begin, work, |level, work| {
             level.solve_from(frequency_hz, &neighbour, work)
         });
-        let solved = self.solved_at(NumberedFrequency::of(orbit), resolved, work);
+        let solved = self.solved_at(NumberedFrequency::from_orbit(orbit), resolved, work);
         let mut kept = match is_better(&solved.orbit, orbit) {
             true => solved.clone(),
             false => failed.clone(),
@@ -475,7 +486,7 @@ impl<'a> Run<'a> {
         refinement: &Refinement<'_>,
         resolved: Resolved,
         at: NumberedFrequency,
-        work: &Work,
+        work: &SolverWork,
     ) -> Orbit {
         let Solution {
             balance,
@@ -491,7 +502,7 @@ impl<'a> Run<'a> {
                 .lowest()
                 .excitation_exceeds_preload(at.frequency_hz)
         {
-            outcome = Outcome::LeavesSlot;
+            outcome = Outcome::ExcitationExceedsPreload;
         } else if outcome.is_converged() && !resolved.is_accurate {
             outcome = Outcome::AccuracyNotReached;
         }

@@ -39,7 +39,7 @@ impl Border {
     }
 
     /// Right-hand sides of the further equations that are left beside z for the other unknowns.
-    pub(crate) fn beside(&self, z: &[f64], right: &[f64]) -> Vec<f64> {
+    pub(crate) fn remaining_right_sides(&self, z: &[f64], right: &[f64]) -> Vec<f64> {
         let equations = right.iter().zip(&self.rows);
         equations.map(|(right, row)| right - dot(row, z)).collect()
     }
@@ -109,7 +109,10 @@ impl<'a> Bordered<'a> {
     /// Further unknowns that fulfil the further equations together with z, an approximate solution
     /// for the other unknowns where the further ones do not change.
     fn further_unknowns(&self, z: &[f64], right: &[f64]) -> Vec<f64> {
-        eliminated(self.pivots.clone(), self.border.beside(z, right))
+        eliminated(
+            self.pivots.clone(),
+            self.border.remaining_right_sides(z, right),
+        )
     }
 }
 
@@ -119,7 +122,7 @@ const MOST_ROUNDS: usize = 6;
 const PROGRESS: f64 = 0.7;
 
 /// Linear system with its preconditioner and border.
-struct Solver<'a> {
+struct TwoLevelSolver<'a> {
     system: &'a LinearSystem,
     coarse: Option<&'a Coarse>,
     /// Near field of K, in place of K in the iterations.
@@ -145,7 +148,7 @@ pub(crate) fn solve(
     max_iterations: usize,
 ) -> (Vec<f64>, GmresEnd) {
     let near = system.inexact.near_stiffness.as_ref();
-    let solver = Solver {
+    let solver = TwoLevelSolver {
         system,
         coarse,
         near,
@@ -179,15 +182,15 @@ pub(crate) fn solve(
     (x, end)
 }
 
-impl Solver<'_> {
+impl TwoLevelSolver<'_> {
     /// Number of unknowns without the border.
-    fn own(&self) -> usize {
+    fn unbordered_size(&self) -> usize {
         self.system.inexact.unknowns() * self.system.width()
     }
 
     /// Multiplies the vibrating part of a vector by a factor.
     fn weigh(&self, v: &mut [f64], by: f64) {
-        let vibrating = self.system.inexact.unknowns()..self.own();
+        let vibrating = self.system.inexact.unknowns()..self.unbordered_size();
         v[vibrating].iter_mut().for_each(|v| *v *= by);
     }
 
@@ -201,7 +204,7 @@ impl Solver<'_> {
     /// Computes A x, with the whole of K.
     fn image(&self, x: &[f64]) -> Vec<f64> {
         let (m, width) = (self.system.inexact.unknowns(), self.system.width());
-        let (own, further) = x.split_at(self.own());
+        let (own, further) = x.split_at(self.unbordered_size());
         let narrow = Mat::from_fn(m, width, |i, h| own[h * m + i] as f32);
         let forces = self.system.inexact.stiffness_times(narrow.as_ref());
         let mut image = vec![0.0; own.len()];
@@ -221,7 +224,8 @@ impl Solver<'_> {
 
     /// Solves A x = b by GMRES.
     fn gmres(&self, b: &[f64], tolerance: f64, max_iterations: usize) -> (Vec<f64>, GmresEnd) {
-        let (system, coarse, near, own) = (self.system, self.coarse, self.near, self.own());
+        let (system, coarse, near, own) =
+            (self.system, self.coarse, self.near, self.unbordered_size());
         let (bordered, vibration_weight) = (&self.bordered, self.vibration_weight);
         let right = self.weighed(b);
         let mut x = vec![0.0; b.len()];
@@ -335,7 +339,7 @@ mod tests {
     /// System near the first stuck mode; pairs slip at some samples, each with a D of its own.
     fn system(pairs: impl Iterator<Item = usize>) -> (LinearSystem, HarmonicStiffness) {
         let problem = dovetail72(1.0);
-        let damping = Rayleigh::of_stiffness(1e-6);
+        let damping = Rayleigh::stiffness_proportional(1e-6);
         let stiffness = ContactSystem::new(&problem, damping)
             .stiffness(0.99 * problem.reduced.omega2[0].sqrt(), HARMONICS);
         let inexact =
@@ -427,7 +431,7 @@ mod tests {
         };
         let stiffness = Mat::from_fn(3 * PAIRS, 3 * PAIRS, entry);
         let mass = Mat::zeros(3 * PAIRS, 3 * PAIRS);
-        let model = Arc::new(ReducedModel::of_pairs(stiffness, mass));
+        let model = Arc::new(ReducedModel::from_pair_matrices(stiffness, mass));
         let all: Vec<usize> = (0..PAIRS).collect();
         // Pairs that open, and pairs that slide.
         let mut derivatives = PairDerivatives::new(1, PAIRS);
@@ -545,7 +549,7 @@ mod tests {
             let blocks = Blocks::new(HARMONICS, 1, motions.nrows());
             norm(
                 blocks
-                    .each()
+                    .blocks_and_motions()
                     .map(|(h, j)| (0..m).map(|i| f64::from(motions[(j, i)]) * a(i, h)).sum()),
             )
         };

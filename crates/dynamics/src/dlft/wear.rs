@@ -39,7 +39,7 @@ pub struct WearRate {
 
 impl WearRate {
     /// Change of the depth by the compression at rest, m/N.
-    fn per_n(&self) -> f64 {
+    fn depth_per_newton(&self) -> f64 {
         match self.scale_n {
             scale_n if scale_n > 0.0 => self.depth_m / scale_n,
             _ => 0.0,
@@ -48,12 +48,12 @@ impl WearRate {
 
     /// Depth in a cycle of a pair without compression at rest, m.
     fn unpressed_m(&self) -> f64 {
-        (self.depth_m - self.per_n() * self.at_rest_n).max(0.0)
+        (self.depth_m - self.depth_per_newton() * self.at_rest_n).max(0.0)
     }
 
     /// Depth in a cycle where the compression at rest is another one, m.
-    pub fn with_m(&self, compression_n: f64) -> f64 {
-        self.unpressed_m() + self.per_n() * compression_n
+    pub fn cycle_depth_m(&self, compression_n: f64) -> f64 {
+        self.unpressed_m() + self.depth_per_newton() * compression_n
     }
 }
 
@@ -72,7 +72,7 @@ pub struct WornBlock {
 
 impl WornBlock {
     /// State at rest at its end.
-    pub fn at_rest(&self) -> PairsAtRest<'_> {
+    pub fn rest_state(&self) -> PairsAtRest<'_> {
         PairsAtRest {
             x: &self.x,
             lambda: &self.lambda,
@@ -83,27 +83,28 @@ impl WornBlock {
 /// State at rest that a vibration with this mean leaves.
 /// `slides` has the pairs that slide or open in it. Its linear reference is that of pairs that stick.
 /// The laws of the problem are the same afterwards.
-pub fn at_rest_after(
+pub fn rest_state_after(
     problem: &mut Problem,
     mean: PairsAtRest<'_>,
     slides: &[bool],
     options: NewtonOptions,
 ) -> StaticState {
-    let own = problem.laws.clone();
+    let laws = problem.laws.clone();
     let soft = soft_n_m(problem);
     for (pair, law) in problem.laws.iter_mut().enumerate() {
         law.stiffness = softened(law.stiffness, 0.0, slides[pair].then_some(soft[pair]));
     }
     let state = settled_after(problem, mean, options);
-    problem.laws = own;
+    problem.laws = laws;
     state
 }
 
 /// Stiffness of the spring along the contact that a pair has where it slides, N/m.
 fn soft_n_m(problem: &Problem) -> Vec<f64> {
-    let own = problem.reduced.diagonal_stiffness();
-    own.chunks_exact(3)
-        .map(|own| SOFT * own[1].max(own[2]))
+    let diagonal = problem.reduced.diagonal_stiffness();
+    diagonal
+        .chunks_exact(3)
+        .map(|diagonal| SOFT * diagonal[1].max(diagonal[2]))
         .collect()
 }
 
@@ -119,10 +120,10 @@ pub fn wear_block(
     tolerance: f64,
     options: NewtonOptions,
 ) -> Option<WornBlock> {
-    let own = problem.laws.clone();
+    let laws = problem.laws.clone();
     let (mut coarse, mut steps) = (None::<WornBlock>, 1);
-    let found = loop {
-        let fine = in_steps(problem, &own, rest, rates, cycles, steps, options);
+    let block = loop {
+        let fine = wear_in_steps(problem, &laws, rest, rates, cycles, steps, options);
         if let (Some(coarse), Some(fine)) = (&coarse, &fine) {
             let both = coarse.depth_m.iter().zip(&fine.depth_m);
             let change = both.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
@@ -137,15 +138,15 @@ pub fn wear_block(
         }
         coarse = fine;
     };
-    problem.laws = own;
-    found
+    problem.laws = laws;
+    block
 }
 
 /// What is left of errors of the depths at the end of a block of cycles, m: a pair that is deeper by
 /// `missed_m` loses pressure, and wears less in so many cycles. `end` is the state at rest at the end,
 /// with the clearances that the problem has. `None` where no equilibrium is found. The laws of the
 /// problem are the same afterwards.
-pub fn left_of_errors(
+pub fn remaining_errors(
     problem: &mut Problem,
     end: PairsAtRest<'_>,
     rates: &[WearRate],
@@ -153,20 +154,20 @@ pub fn left_of_errors(
     missed_m: &[f64],
     options: NewtonOptions,
 ) -> Option<Vec<f64>> {
-    let own = problem.laws.clone();
+    let laws = problem.laws.clone();
     let soft = soft_n_m(problem);
     let compression = |lambda: &[f64], pair: usize| (-lambda[3 * pair]).max(0.0);
     for (pair, (law, rate)) in problem.laws.iter_mut().zip(rates).enumerate() {
-        let compliance_m_n = cycles * rate.per_n();
+        let compliance_m_n = cycles * rate.depth_per_newton();
         law.gap_m += missed_m[pair] - compliance_m_n * compression(end.lambda, pair);
         let along = rate.slides.then_some(soft[pair]);
         law.stiffness = softened(law.stiffness, compliance_m_n, along);
     }
     let state = settled_after(problem, end, options);
-    problem.laws = own;
+    problem.laws = laws;
     let left = |(pair, rate): (usize, &WearRate)| {
         let gained_n = compression(&state.lambda, pair) - compression(end.lambda, pair);
-        missed_m[pair] + cycles * rate.per_n() * gained_n
+        missed_m[pair] + cycles * rate.depth_per_newton() * gained_n
     };
     let converged = state.outcome.is_converged();
     converged.then(|| rates.iter().enumerate().map(left).collect())
@@ -178,7 +179,7 @@ pub fn largest(depth_m: &[f64]) -> f64 {
 }
 
 /// Wears the pairs in a number of equal steps. `own` are the laws at the beginning.
-fn in_steps(
+fn wear_in_steps(
     problem: &mut Problem,
     own: &[PairLaw],
     rest: PairsAtRest<'_>,
@@ -202,17 +203,17 @@ fn in_steps(
             let along = rate.slides.then_some(*soft);
             *law = PairLaw {
                 gap_m: own.gap_m + *depth_m,
-                stiffness: softened(own.stiffness, cycles * rate.per_n(), along),
+                stiffness: softened(own.stiffness, cycles * rate.depth_per_newton(), along),
                 ..*own
             };
         }
-        let state = settled_after(problem, block.at_rest(), options);
+        let state = settled_after(problem, block.rest_state(), options);
         if !state.outcome.is_converged() {
             return None;
         }
         let pairs = rates.iter().zip(&mut block.depth_m);
         for ((rate, depth_m), lambda) in pairs.zip(state.lambda.chunks_exact(3)) {
-            *depth_m += cycles * rate.per_n() * (-lambda[0]).max(0.0);
+            *depth_m += cycles * rate.depth_per_newton() * (-lambda[0]).max(0.0);
         }
         (block.x, block.lambda) = (state.x, state.lambda);
     }
@@ -230,10 +231,12 @@ fn softened(
         return own;
     }
     let rigid = PairStiffness::new(f64::INFINITY, f64::INFINITY);
-    let own = own.unwrap_or(rigid);
+    let springs = own.unwrap_or(rigid);
     Some(PairStiffness::new(
-        1.0 / (1.0 / own.normal_n_m + compliance_m_n),
-        own.tangential_n_m.min(along_n_m.unwrap_or(f64::INFINITY)),
+        1.0 / (1.0 / springs.normal_n_m + compliance_m_n),
+        springs
+            .tangential_n_m
+            .min(along_n_m.unwrap_or(f64::INFINITY)),
     ))
 }
 
@@ -357,7 +360,7 @@ mod tests {
         for cycles in [1.0, 100.0, 1e6] {
             let end = PairsAtRest::from(&state);
             let missed_m = [error_m, 0.0];
-            let left = left_of_errors(&mut problem, end, &rates, cycles, &missed_m, OPTIONS);
+            let left = remaining_errors(&mut problem, end, &rates, cycles, &missed_m, OPTIONS);
             let lost_n = error_m / (compliance + cycles * (a[0] + a[1]));
             let expected = [error_m - cycles * a[0] * lost_n, cycles * a[1] * lost_n];
             for (left, expected) in left.unwrap().iter().zip(expected) {
@@ -374,13 +377,13 @@ mod tests {
             scale_n: 4.0,
             slides: true,
         };
-        assert_eq!(rate.with_m(1.0), 2.0);
-        assert_eq!(rate.with_m(0.0), 1.5);
+        assert_eq!(rate.cycle_depth_m(1.0), 2.0);
+        assert_eq!(rate.cycle_depth_m(0.0), 1.5);
         let pressed = WearRate {
             at_rest_n: 4.0,
             ..rate
         };
-        assert_eq!(pressed.with_m(0.0), 0.0);
-        assert_eq!(WearRate::default().with_m(3.0), 0.0);
+        assert_eq!(pressed.cycle_depth_m(0.0), 0.0);
+        assert_eq!(WearRate::default().cycle_depth_m(3.0), 0.0);
     }
 }

@@ -1,8 +1,8 @@
 //! Comparison of harmonic balance with time integration, at one frequency.
 
 use super::IntegrationError;
-use super::steady::{Settled, Until, integrate};
-use super::step::{State, Stepper, touching};
+use super::steady::{SteadyMotion, Until, integrate};
+use super::step::{MotionState, Stepper, touching};
 use super::whole_disc;
 use crate::damping::Rayleigh;
 use crate::dlft::retention::Mean;
@@ -14,7 +14,7 @@ use dovetail_numerics::spectrum::Spectrum;
 /// Results of one method over one period.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
-pub struct Figures {
+pub struct PeriodFigures {
     /// Largest departure of the observed point from its mean, m; `None` where nothing is observed.
     pub amplitude_m: Option<f64>,
     /// Amplitude of harmonic 1, m; `None` where nothing is observed.
@@ -41,14 +41,14 @@ pub struct Comparison {
     /// is then expected to leave it.
     pub is_stable: bool,
     /// Results of harmonic balance.
-    pub balance: Figures,
+    pub balance: PeriodFigures,
     /// Results of the integration in time.
-    pub integration: Figures,
+    pub integration: PeriodFigures,
     /// Number of periods integrated.
     pub periods: usize,
     /// True if the rest of the transient is small enough.
     pub steady: bool,
-    /// Rest of the transient: see [`Settled::transient_left`].
+    /// Rest of the transient: see [`SteadyMotion::transient_left`].
     pub transient_left: f64,
     /// Treatment of the mean along motions that friction does not hold, in both.
     pub mean: Mean,
@@ -65,7 +65,7 @@ impl Comparison {
     }
 
     /// Differences as those of [`Comparison::differences`], from another integration.
-    fn differences_from(&self, i: &Figures) -> [Option<f64>; 4] {
+    fn differences_from(&self, i: &PeriodFigures) -> [Option<f64>; 4] {
         let b = &self.balance;
         let relative = |ours: Option<f64>, theirs: Option<f64>| {
             let (ours, theirs) = (ours?, theirs?);
@@ -84,11 +84,11 @@ impl Comparison {
 
     /// The largest of [`Comparison::differences`] by size.
     pub fn worst(&self) -> f64 {
-        self.worst_from(&self.integration)
+        self.largest_difference(&self.integration)
     }
 
     /// Largest difference by size of harmonic balance from another integration.
-    pub fn worst_from(&self, other: &Figures) -> f64 {
+    pub fn largest_difference(&self, other: &PeriodFigures) -> f64 {
         self.differences_from(other)
             .into_iter()
             .flatten()
@@ -98,7 +98,7 @@ impl Comparison {
 
 /// Initial state of the integration.
 #[derive(Debug, Clone, Copy)]
-pub enum Start<'a> {
+pub enum IntegrationStart<'a> {
     /// Motion found by harmonic balance, with its departure from the mean larger by a fraction.
     Orbit {
         /// Fraction by which displacements and velocities are larger.
@@ -118,20 +118,20 @@ pub fn compare(
     problem: &Problem,
     damping: Rayleigh,
     orbit: &Orbit,
-    start: Start<'_>,
+    start: IntegrationStart<'_>,
     steps: usize,
     until: Until,
     slip_threshold_m: f64,
 ) -> Result<Comparison, IntegrationError> {
     let retained = match orbit.mean {
         Mean::Free => None,
-        Mean::Retained => Some(with_retention_force(problem, orbit)),
+        Mean::Retained => Some(add_retention_force(problem, orbit)),
     };
     let problem = retained.as_ref().unwrap_or(problem);
     if !problem.reduced.dashpots.influenced().is_empty() {
         return Err(IntegrationError::Influence);
     }
-    let sectors = AllSectors::of(&problem.reduced);
+    let sectors = AllSectors::new(&problem.reduced);
     let sectors =
         sectors.map_err(|nodal_diameter| IntegrationError::NodalDiameter { nodal_diameter })?;
     let count = sectors.as_ref().map_or(1, AllSectors::count);
@@ -145,10 +145,10 @@ pub fn compare(
     };
     let mut stepper = Stepper::new(problem, damping, orbit.frequency_hz, steps)?;
     let mut state = match start {
-        Start::Orbit { larger_by } => beside(problem, motion, larger_by),
-        Start::Rest(rest) => {
+        IntegrationStart::Orbit { larger_by } => perturbed_state(problem, motion, larger_by),
+        IntegrationStart::Rest(rest) => {
             let [x, lambda] = [&rest.x, &rest.lambda].map(|v| v.repeat(count));
-            State::at_rest(problem, &x, &lambda)
+            MotionState::resting(problem, &x, &lambda)
         }
     };
     let settled = integrate(&mut stepper, &mut state, until)?;
@@ -156,8 +156,8 @@ pub fn compare(
         frequency_hz: orbit.frequency_hz,
         harmonics: orbit.harmonics,
         is_stable: true,
-        balance: of_orbit(orbit),
-        integration: of_integration(&settled, count, orbit, slip_threshold_m),
+        balance: orbit_figures(orbit),
+        integration: integration_figures(&settled, count, orbit, slip_threshold_m),
         periods: settled.periods,
         steady: settled.steady,
         transient_left: settled.transient_left,
@@ -168,7 +168,7 @@ pub fn compare(
 
 /// Problem with the steady force added that the mean of `orbit` lacks for equilibrium: K X_0 +
 /// lambda_0 - F_0, which depends on no parameter of the balance.
-fn with_retention_force(problem: &Problem, orbit: &Orbit) -> Problem {
+fn add_retention_force(problem: &Problem, orbit: &Orbit) -> Problem {
     let mut retained = problem.clone();
     let n = retained.reduced.static_load.on_x.len();
     let (x, lambda) = (&orbit.x[..n], &orbit.lambda[..n]);
@@ -188,7 +188,7 @@ fn with_retention_force(problem: &Problem, orbit: &Orbit) -> Problem {
 }
 
 /// State of an orbit at t = 0: x = X_0 + sum C_k, x' = w sum k S_k.
-pub fn on_orbit(problem: &Problem, orbit: &Orbit) -> State {
+pub fn orbit_state(problem: &Problem, orbit: &Orbit) -> MotionState {
     let omega = std::f64::consts::TAU * orbit.frequency_hz;
     let at_start = |v: &[f64]| {
         let v = Spectrum::new(v, orbit.harmonics);
@@ -205,7 +205,7 @@ pub fn on_orbit(problem: &Problem, orbit: &Orbit) -> State {
     let (x, v) = at_start(&orbit.x);
     let (q, q_rate) = at_start(&orbit.modal);
     let (lambda, _) = at_start(&orbit.lambda);
-    State {
+    MotionState {
         touching: touching(problem, &x, &lambda),
         x,
         v,
@@ -217,8 +217,8 @@ pub fn on_orbit(problem: &Problem, orbit: &Orbit) -> State {
 
 /// State of an orbit at t = 0 with its departure from the mean larger by a fraction. No rigid pair
 /// overlaps.
-fn beside(problem: &Problem, orbit: &Orbit, larger_by: f64) -> State {
-    let mut state = on_orbit(problem, orbit);
+fn perturbed_state(problem: &Problem, orbit: &Orbit, larger_by: f64) -> MotionState {
+    let mut state = orbit_state(problem, orbit);
     if larger_by == 0.0 {
         return state;
     }
@@ -241,8 +241,8 @@ fn beside(problem: &Problem, orbit: &Orbit, larger_by: f64) -> State {
     state
 }
 
-fn of_orbit(orbit: &Orbit) -> Figures {
-    Figures {
+fn orbit_figures(orbit: &Orbit) -> PeriodFigures {
+    PeriodFigures {
         amplitude_m: orbit.observed_amplitude.first().copied(),
         first_harmonic_m: orbit
             .observed
@@ -258,12 +258,12 @@ fn of_orbit(orbit: &Orbit) -> Figures {
 
 /// Figures of the motion that the integration of so many sectors settled to, for the comparison with
 /// `orbit`, the motion of the first one.
-fn of_integration(
-    settled: &Settled,
+fn integration_figures(
+    settled: &SteadyMotion,
     sectors: usize,
     orbit: &Orbit,
     slip_threshold_m: f64,
-) -> Figures {
+) -> PeriodFigures {
     let cycle = &settled.cycle;
     let of_each = |work_j: f64| work_j / sectors as f64;
     let motions = cycle.open_fraction.iter().zip(&cycle.slid_m);
@@ -271,10 +271,10 @@ fn of_integration(
         .zip(&orbit.cycles)
         .map(|((open, slid_m), of_orbit)| {
             let slides = *slid_m > slip_threshold_m;
-            CycleStatus::of(of_orbit.status.is_open_at_rest(), *open, slides)
+            CycleStatus::new(of_orbit.status.is_open_at_rest(), *open, slides)
         });
     let observed = cycle.observed.first();
-    Figures {
+    PeriodFigures {
         amplitude_m: observed.map(|o| o.amplitude_m),
         first_harmonic_m: observed.map(|o| o.first_harmonic_m[0].hypot(o.first_harmonic_m[1])),
         contact_work_j: of_each(cycle.work.friction_j + cycle.work.impact_j),
@@ -312,7 +312,7 @@ mod tests {
         let dashpots = std::mem::replace(&mut problem.reduced_mut().dashpots, Dashpots::none(n, m));
         problem.reduced_mut().dashpots = dashpots.with_influenced(&[Load::zeros(n, m)]);
         let (orbit, until) = (&response.orbits[0], Until::new(1, 0.0));
-        let start = Start::Rest(&rest);
+        let start = IntegrationStart::Rest(&rest);
         let found = compare(&problem, Rayleigh::NONE, orbit, start, 64, until, 0.0);
         assert_eq!(found, Err(IntegrationError::Influence));
     }
@@ -321,7 +321,7 @@ mod tests {
     #[test]
     fn what_holds_the_mean_is_the_retention_along_the_slot_and_nothing_else() {
         let problem = dovetail72(3.0);
-        let damping = Rayleigh::of_ratio(0.001, problem.reduced.omega2[0].sqrt());
+        let damping = Rayleigh::from_damping_ratio(0.001, problem.reduced.omega2[0].sqrt());
         let newton = NewtonOptions::new(1e-10, 60);
         let rest = static_state(&problem, 10, newton);
         let settings = SweepSettings {
@@ -340,7 +340,7 @@ mod tests {
         );
         assert!(orbit.retention_n > 1.0);
 
-        let retained = with_retention_force(&problem, orbit);
+        let retained = add_retention_force(&problem, orbit);
         let [with, without] = [&retained, &problem].map(|p| &p.reduced.static_load);
         let loads = with.on_x.iter().zip(&without.on_x);
         let added_n: Vec<f64> = loads.map(|(retained, free)| retained - free).collect();

@@ -185,8 +185,8 @@ impl ContactProblem {
             for (pair, slope) in slopes.iter().enumerate() {
                 let at = 3 * pair;
                 for c in 0..3 {
-                    let own = if at + c == j { 1.0 } else { 0.0 };
-                    let inner = own - self.scale[at + c] * d[at + c];
+                    let identity = if at + c == j { 1.0 } else { 0.0 };
+                    let inner = identity - self.scale[at + c] * d[at + c];
                     for r in 0..3 {
                         column[at + r] -= slope[r][c] * inner;
                     }

@@ -1,7 +1,7 @@
 //! Integration period after period to the steady state, and measurement of a period.
 
 use super::IntegrationError;
-use super::step::{State, Stepper, Work};
+use super::step::{MotionState, StepWork, Stepper};
 use faer::c64;
 use std::collections::VecDeque;
 use std::f64::consts::TAU;
@@ -37,7 +37,7 @@ pub struct Cycle {
     /// Motion of each observed point.
     pub observed: Vec<ObservedCycle>,
     /// Work over the period.
-    pub work: Work,
+    pub work: StepWork,
     /// Distance that each pair slides in the period, m.
     pub slid_m: Vec<f64>,
     /// Fraction of the period without contact force, for each pair.
@@ -67,7 +67,7 @@ impl Until {
 /// Result of an integration.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
-pub struct Settled {
+pub struct SteadyMotion {
     /// Measurements over the last period.
     pub cycle: Cycle,
     /// Number of periods that were integrated.
@@ -89,9 +89,9 @@ pub struct Settled {
 /// Contact forces not found, a motion that grows without bound.
 pub fn integrate(
     stepper: &mut Stepper<'_>,
-    state: &mut State,
+    state: &mut MotionState,
     until: Until,
-) -> Result<Settled, IntegrationError> {
+) -> Result<SteadyMotion, IntegrationError> {
     stepper.prepare(state);
     let mut history = History::default();
     let mut in_a_row = 0;
@@ -120,7 +120,7 @@ pub fn integrate(
         };
         let steady = in_a_row >= IN_A_ROW;
         if steady || period >= until.most_periods {
-            return Ok(Settled {
+            return Ok(SteadyMotion {
                 cycle,
                 periods: period,
                 transient_left,
@@ -149,7 +149,7 @@ impl History {
         };
         let left = (0..last.len()).map(|point| {
             let recent = self.0.iter().map(|z| z[point]);
-            left_of(&recent.map(|[c, s]| c64::new(c, s)).collect::<Vec<_>>())
+            transient_rest(&recent.map(|[c, s]| c64::new(c, s)).collect::<Vec<_>>())
         });
         left.fold(0.0, f64::max)
     }
@@ -157,7 +157,7 @@ impl History {
 
 /// Rest at the end of a series that tends to a limit, relative to its last entry. In a steady
 /// motion it is rounding, whose changes do not grow either.
-fn left_of(z: &[c64]) -> f64 {
+fn transient_rest(z: &[c64]) -> f64 {
     let changes: Vec<c64> = z.windows(2).map(|z| z[1] - z[0]).collect();
     let ([.., size], [.., moved]) = (z, &changes[..]) else {
         return f64::INFINITY;
@@ -183,14 +183,14 @@ fn left_of(z: &[c64]) -> f64 {
 
 fn one_period(
     stepper: &mut Stepper<'_>,
-    state: &mut State,
+    state: &mut MotionState,
     period: usize,
 ) -> Result<Cycle, IntegrationError> {
     let (problem, steps) = (stepper.problem(), stepper.steps());
     let frequency_hz = stepper.frequency_hz();
     let pairs = problem.laws.len();
     let mut signals = vec![Vec::with_capacity(steps); problem.reduced.observations.len()];
-    let mut work = Work::default();
+    let mut work = StepWork::default();
     let mut slid_m = vec![0.0; pairs];
     let mut open = vec![0_usize; pairs];
     let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
@@ -261,7 +261,7 @@ mod tests {
     use super::*;
 
     /// Estimated rest after each of the first `periods` of a series, from the third on.
-    fn left_after(periods: i32, z: impl Fn(i32) -> [f64; 2]) -> Vec<f64> {
+    fn transient_rests(periods: i32, z: impl Fn(i32) -> [f64; 2]) -> Vec<f64> {
         let mut history = History::default();
         let left = (0..periods).map(|k| {
             history.push(vec![z(k)]);
@@ -295,7 +295,7 @@ mod tests {
             let (size, angle) = (0.1 * r.powi(k), phi * f64::from(k));
             [1.0 + size * angle.cos(), 0.5 + size * angle.sin()]
         };
-        for (left, k) in left_after(50, z).iter().zip(2..) {
+        for (left, k) in transient_rests(50, z).iter().zip(2..) {
             let true_left = (z(k)[0] - 1.0).hypot(z(k)[1] - 0.5) / z(k)[0].hypot(z(k)[1]);
             assert!((left / true_left - 1.0).abs() < 1e-9, "{k}");
         }
@@ -305,14 +305,14 @@ mod tests {
     fn rounding_is_not_a_transient_and_growth_is() {
         // Changes of 1e-13 of no direction, as a steady motion has them.
         let noise = |k: i32| 1e-13 * (f64::from(k * k) * 1.7).sin();
-        let steady = left_after(40, |k| [1.0 + noise(k), 0.5 + noise(k + 7)]);
+        let steady = transient_rests(40, |k| [1.0 + noise(k), 0.5 + noise(k + 7)]);
         // Two or three changes may grow by chance.
         for (left, changes) in steady.iter().zip(2..).skip(6) {
             assert!(*left < 1e-11, "{changes}: {left:e}");
         }
-        let growing = left_after(40, |k| [1.0 + 1e-9 * 1.2_f64.powi(k), 0.5]);
+        let growing = transient_rests(40, |k| [1.0 + 1e-9 * 1.2_f64.powi(k), 0.5]);
         assert!(growing.iter().all(|left| *left == f64::INFINITY));
         // No motion at all is steady.
-        assert_eq!(left_after(5, |_| [0.0; 2]), [0.0; 3]);
+        assert_eq!(transient_rests(5, |_| [0.0; 2]), [0.0; 3]);
     }
 }

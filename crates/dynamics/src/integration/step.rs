@@ -65,7 +65,7 @@ pub const MOST_STEPS: usize = 1_000_000;
 /// Displacements and velocities of pairs (3 each) and stuck modes, and the contact forces of the
 /// last step.
 #[derive(Debug, Clone, PartialEq)]
-pub struct State {
+pub struct MotionState {
     /// Relative displacements X, m.
     pub x: Vec<f64>,
     /// Relative velocities X', m/s.
@@ -80,9 +80,9 @@ pub struct State {
     pub touching: Vec<f64>,
 }
 
-impl State {
+impl MotionState {
     /// State at rest at `x` under `lambda`, with the stuck modes deflected by the static load.
-    pub fn at_rest(problem: &Problem, x: &[f64], lambda: &[f64]) -> Self {
+    pub fn resting(problem: &Problem, x: &[f64], lambda: &[f64]) -> Self {
         let on_modes = problem.reduced.static_load.on_modes.iter();
         Self {
             x: x.to_vec(),
@@ -107,7 +107,7 @@ impl State {
 
 /// Work done in one step, J.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Work {
+pub struct StepWork {
     /// Work of the excitation.
     pub input_j: f64,
     /// Work spent by tangential contact forces.
@@ -178,7 +178,7 @@ impl<'a> DashpotForces<'a> {
     }
 
     /// Forces at the mean velocities of a step, N; `known` are fm + s (q' + p^T V) - w^2 q.
-    fn at(&self, v: &[f64], known: &[f64]) -> Vec<f64> {
+    fn evaluate(&self, v: &[f64], known: &[f64]) -> Vec<f64> {
         let mut rates = vec![0.0; self.stiffness.nrows()];
         add_product(self.directions.transpose(), 1.0, v, &mut rates);
         add_product(self.divided.as_ref(), 1.0, known, &mut rates);
@@ -251,8 +251,8 @@ impl<'a> Stepper<'a> {
         let n = stiffness.nrows();
         let mut matrix = Mat::from_fn(n, n, |i, j| c * mass[(i, j)] + half * stiffness[(i, j)]);
         let scaled = Mat::from_fn(n, modal.len(), |i, m| {
-            let own = inertial[m];
-            own * own * coupling[(i, m)] / modal[m]
+            let rate = inertial[m];
+            rate * rate * coupling[(i, m)] / modal[m]
         });
         let coupling_t = coupling.transpose();
         matmul(&mut matrix, Accum::Add, &scaled, coupling_t, -1.0, Par::Seq);
@@ -314,7 +314,7 @@ impl<'a> Stepper<'a> {
     }
 
     /// Prepares for a state that does not come from [`Stepper::advance`].
-    pub(crate) fn prepare(&mut self, state: &State) {
+    pub(crate) fn prepare(&mut self, state: &MotionState) {
         apply(&self.problem.reduced.stiffness, &state.x, &mut self.kx);
         apply(&self.problem.reduced.mass, &state.v, &mut self.mv);
         apply(&self.coupling_t, &state.v, &mut self.pv);
@@ -337,10 +337,14 @@ impl<'a> Stepper<'a> {
     ///
     /// # Errors
     /// The residual of the contact forces, where they were not found.
-    pub(crate) fn advance(&mut self, state: &mut State, step: usize) -> Result<Work, f64> {
+    pub(crate) fn advance(
+        &mut self,
+        state: &mut MotionState,
+        step: usize,
+    ) -> Result<StepWork, f64> {
         let (problem, h) = (self.problem, self.h);
         let load = self.mean_load(step);
-        let known = self.known_on_modes(state, &load.on_modes);
+        let known = self.modal_right_side(state, &load.on_modes);
         let free = self.velocity_without_contact(state, &load.on_x, &known);
         let mut offset: Vec<f64> = state.v.iter().map(|v| START_SHARE * v).collect();
         for (pair, law) in problem.laws.iter().enumerate() {
@@ -348,8 +352,8 @@ impl<'a> Stepper<'a> {
                 offset[3 * pair] = (state.x[3 * pair] + law.gap_m).max(0.0) / h;
                 continue;
             }
-            let own = 3 * pair..3 * pair + 3;
-            for (i, offset) in own.clone().zip(&mut offset[own]) {
+            let rows = 3 * pair..3 * pair + 3;
+            for (i, offset) in rows.clone().zip(&mut offset[rows]) {
                 *offset = state.v[i] + 4.0 / h * (state.x[i] - state.touching[i]);
             }
         }
@@ -404,7 +408,7 @@ impl<'a> Stepper<'a> {
     }
 
     /// Computes fm + s (q' + p^T V) - w^2 q.
-    fn known_on_modes(&self, state: &State, modal_force: &[f64]) -> Vec<f64> {
+    fn modal_right_side(&self, state: &MotionState, modal_force: &[f64]) -> Vec<f64> {
         let (problem, s) = (self.problem, 2.0 / self.h);
         (0..self.modal.len())
             .map(|m| {
@@ -417,7 +421,12 @@ impl<'a> Stepper<'a> {
     }
 
     /// Velocity V+ with lambda = 0.
-    fn velocity_without_contact(&self, state: &State, force: &[f64], known: &[f64]) -> Vec<f64> {
+    fn velocity_without_contact(
+        &self,
+        state: &MotionState,
+        force: &[f64],
+        known: &[f64],
+    ) -> Vec<f64> {
         let problem = self.problem;
         let s = 2.0 / self.h;
         let n = state.x.len();
@@ -434,7 +443,7 @@ impl<'a> Stepper<'a> {
             &mut right,
         );
         if let Some(forces) = &self.dashpots {
-            let still = forces.at(&vec![0.0; n], known);
+            let still = forces.evaluate(&vec![0.0; n], known);
             add_product(forces.directions.as_ref(), -1.0, &still, &mut right);
         }
         let mut free = vec![0.0; n];
@@ -453,18 +462,18 @@ impl<'a> Stepper<'a> {
             .map(|m| (known[m] - self.inertial[m] * pv[m]) / self.modal[m])
             .collect();
         if let Some(forces) = &self.dashpots {
-            let held = forces.at(&v, known);
+            let held = forces.evaluate(&v, known);
             add_product(forces.divided.transpose(), -1.0, &held, &mut q);
         }
         Rates { v, q, pv }
     }
 
     /// Work of a step that has been taken; `before` are K X and M V at its start.
-    fn work(&self, load: &Load, lambda: &[f64], rates: &Rates, before: &[Vec<f64>; 2]) -> Work {
+    fn work(&self, load: &Load, lambda: &[f64], rates: &Rates, before: &[Vec<f64>; 2]) -> StepWork {
         let h = self.h;
         let (a, b) = (self.damping.stiffness_s, self.damping.mass_per_s);
         let [old_kx, old_mv] = before;
-        let mut work = Work::default();
+        let mut work = StepWork::default();
         for i in 0..lambda.len() {
             let moved = h * rates.v[i];
             work.input_j += load.on_x[i] * moved;
@@ -542,7 +551,7 @@ mod tests {
             reduced.static_load.on_modes.fill(0.0);
             let damping = Rayleigh::NONE;
             let mut stepper = Stepper::new(&problem, damping, 0.1, 100).unwrap();
-            let mut state = State::at_rest(&problem, &[0.0; 3], &[0.0; 3]);
+            let mut state = MotionState::resting(&problem, &[0.0; 3], &[0.0; 3]);
             stepper.prepare(&state);
             stepper.advance(&mut state, 0).unwrap();
             state

@@ -10,8 +10,8 @@ use dovetail_numerics::spectrum::{Spectrum, cosine, sine};
 pub(crate) fn problem_of(sectors: &AllSectors<'_>, problem: &Problem) -> Problem {
     let excitations = problem.excitations.iter().map(|load| HarmonicLoad {
         harmonic: load.harmonic,
-        cosine: sectors.of_harmonic(load.harmonic, &load.cosine),
-        sine: sectors.of_harmonic(load.harmonic, &load.sine),
+        cosine: sectors.expand_harmonic(load.harmonic, &load.cosine),
+        sine: sectors.expand_harmonic(load.harmonic, &load.sine),
         growth: load.growth,
     });
     let ratios = problem.modal_ratios.iter().enumerate();
@@ -34,18 +34,18 @@ pub(crate) fn orbit_of(sectors: &AllSectors<'_>, problem: &Problem, orbit: &Orbi
         let of_pairs = Spectrum::new(values, orbit.harmonics);
         let modal = modal.map(|values| Spectrum::new(values, orbit.harmonics));
         let part = |k: usize, block: usize, own: &[f64]| {
-            let modes = reduced.of_harmonic(k).model.omega2.len();
+            let modes = reduced.harmonic_model(k).model.omega2.len();
             let on_modes = modal.map_or(vec![0.0; modes], |v| v.block(block)[..modes].to_vec());
-            sectors.of_harmonic(k, &Load::new(own.to_vec(), on_modes))
+            sectors.expand_harmonic(k, &Load::new(own.to_vec(), on_modes))
         };
-        let mut all = vec![part(0, 0, of_pairs.mean())];
+        let mut sectors = vec![part(0, 0, of_pairs.mean())];
         for k in 1..=orbit.harmonics {
             let parts = [of_pairs.cosine(k), of_pairs.sine(k)];
-            let parts = reduced.of_harmonic(k).widened_parts(parts);
+            let parts = reduced.harmonic_model(k).widened_parts(parts);
             let blocks = [cosine(k), sine(k)].into_iter();
-            all.extend(blocks.zip(&parts).map(|(block, own)| part(k, block, own)));
+            sectors.extend(blocks.zip(&parts).map(|(block, own)| part(k, block, own)));
         }
-        all
+        sectors
     };
     let moved = on_all(&orbit.x, Some(&orbit.modal));
     let forces = on_all(&orbit.lambda, None);

@@ -16,12 +16,12 @@ pub(crate) fn dovetail72(force_n: f64) -> Problem {
     // Read once for all tests of a process.
     static MODEL: OnceLock<ReducedModel> = OnceLock::new();
     let reduced = MODEL.get_or_init(read);
-    Problem::of_one_law(reduced.clone(), PairLaw::rigid(0.3, 0.0), force_n)
+    Problem::uniform(reduced.clone(), PairLaw::rigid(0.3, 0.0), force_n)
 }
 
 /// 0.1 % of critical damping on the first stuck mode.
 pub(crate) fn damping(problem: &Problem) -> Rayleigh {
-    Rayleigh::of_ratio(0.001, problem.reduced.omega2[0].sqrt())
+    Rayleigh::from_damping_ratio(0.001, problem.reduced.omega2[0].sqrt())
 }
 
 fn read() -> ReducedModel {

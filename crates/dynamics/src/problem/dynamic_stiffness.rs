@@ -62,7 +62,7 @@ impl ContactSystem {
 
     /// Lambda at `omega` rad/s and its multiples up to the one of harmonic `harmonics`, and K.
     pub(crate) fn stiffness(&self, omega: f64, harmonics: usize) -> HarmonicStiffness {
-        self.of_harmonics(omega, harmonics, |k| {
+        self.harmonic_stiffness(omega, harmonics, |k| {
             self.eliminated(k, omega).coefficients()
         })
     }
@@ -71,7 +71,7 @@ impl ContactSystem {
     /// and its multiples up to the one of harmonic `harmonics`, N s/m. The mean does not depend on
     /// the frequency: what [`HarmonicStiffness::apply`] writes to its block means nothing.
     pub(crate) fn stiffness_slope(&self, omega: f64, harmonics: usize) -> HarmonicStiffness {
-        self.of_harmonics(omega, harmonics, |k| {
+        self.harmonic_stiffness(omega, harmonics, |k| {
             let slope = self.factor_slopes(k, omega);
             self.eliminated(k, omega).slopes(&slope, k as f64)
         })
@@ -79,7 +79,7 @@ impl ContactSystem {
 
     /// Combination of K, M and p by the coefficients of each harmonic, which `of` gives by its
     /// number.
-    pub(super) fn of_harmonics(
+    pub(super) fn harmonic_stiffness(
         &self,
         omega: f64,
         harmonics: usize,
@@ -95,7 +95,7 @@ impl ContactSystem {
     /// Equations of harmonic `k` without the stuck modes, where that of the first one is `omega`
     /// rad/s.
     fn eliminated(&self, k: usize, omega: f64) -> Elimination<'_> {
-        let of = self.problem.reduced.of_harmonic(k);
+        let of = self.problem.reduced.harmonic_model(k);
         Elimination::new(of.model, self.factors(k, omega), &[])
     }
 
@@ -120,7 +120,7 @@ impl ContactSystem {
         rate: c64,
     ) -> Factors {
         let (s, z) = of(self.damping);
-        let model = self.problem.reduced.of_harmonic(k);
+        let model = self.problem.reduced.harmonic_model(k);
         let own =
             (0..self.problem.modes_with_damping(model)).map(|m| of(self.mode_damping(k, m)).into());
         Factors {
@@ -135,7 +135,7 @@ impl ContactSystem {
     /// Damping of a stuck mode of the model of harmonic `k` without the dashpots: its own ratio, or
     /// that of all.
     pub(crate) fn mode_damping(&self, k: usize, mode: usize) -> Rayleigh {
-        let of = self.problem.reduced.of_harmonic(k);
+        let of = self.problem.reduced.harmonic_model(k);
         self.problem.mode_damping(of, self.damping, mode)
     }
 
@@ -147,7 +147,7 @@ impl ContactSystem {
     /// Ratio of critical damping of a stuck mode of the model of harmonic `k`. Of aerodynamic influence
     /// it has the symmetric part.
     pub fn damping_ratio(&self, k: usize, mode: usize) -> f64 {
-        let of = self.problem.reduced.of_harmonic(k);
+        let of = self.problem.reduced.harmonic_model(k);
         let reduced = of.model;
         let omega = reduced.omega2[mode].sqrt();
         let Rayleigh {
@@ -156,8 +156,8 @@ impl ContactSystem {
         } = self.mode_damping(k, mode);
         let ratio = 0.5 * (stiffness_s * omega + mass_per_s / omega);
         let dashpots = reduced.dashpots.on_modes.row(mode);
-        let all = dashpots.iter().zip(&reduced.dashpots.damping_n_s_m);
-        let of_dashpots = all.map(|(y, c)| 0.5 * c * y * y / omega);
+        let terms = dashpots.iter().zip(&reduced.dashpots.damping_n_s_m);
+        let of_dashpots = terms.map(|(y, c)| 0.5 * c * y * y / omega);
         let ratio = of_dashpots.fold(ratio, |sum, part| sum + part);
         let Some(influence) = of.influence_on_copies() else {
             return ratio;
@@ -174,14 +174,16 @@ impl ContactSystem {
     }
 
     /// Returns `true` if something damps a stuck mode of the model of harmonic `k`.
-    pub fn damps(&self, k: usize, mode: usize) -> bool {
-        let own = self.mode_damping(k, mode);
+    pub fn is_damped(&self, k: usize, mode: usize) -> bool {
+        let damping = self.mode_damping(k, mode);
         let least = match self.problem.reduced.dashpots.count() {
             0 => 0.0,
             // What is less is the rounding of a dashpot at a node of the mode.
             _ => LEAST_RATIO,
         };
-        own.stiffness_s > 0.0 || own.mass_per_s > 0.0 || self.damping_ratio(k, mode).abs() > least
+        damping.stiffness_s > 0.0
+            || damping.mass_per_s > 0.0
+            || self.damping_ratio(k, mode).abs() > least
     }
 
     /// Load condensed on X at harmonic `k`, from a load of complex amplitude `on_x`, `on_modes` on the
@@ -190,7 +192,12 @@ impl ContactSystem {
         let eliminated = self.eliminated(k, omega);
         let carried = on_modes.iter().enumerate();
         let carried = carried.map(|(m, &fm)| eliminated.carried(m, fm));
-        self.with_handed_on(k, on_x, carried.collect(), eliminated.taken(on_modes))
+        self.add_carried_forces(
+            k,
+            on_x,
+            carried.collect(),
+            eliminated.dashpot_share(on_modes),
+        )
     }
 
     /// Derivative of [`ContactSystem::condensed_load`] with respect to the frequency of harmonic `k`,
@@ -205,20 +212,20 @@ impl ContactSystem {
         let (eliminated, slope) = (self.eliminated(k, omega), self.factor_slopes(k, omega));
         let both = on_modes.iter().zip(on_modes_slope).enumerate();
         let carried = both.map(|(m, (&fm, &dfm))| eliminated.carried_slope(&slope, m, [fm, dfm]));
-        let taken = eliminated.taken_slope(&slope, on_modes, on_modes_slope);
-        self.with_handed_on(k, on_x_slope, carried.collect(), taken)
+        let taken = eliminated.dashpot_share_slope(&slope, on_modes, on_modes_slope);
+        self.add_carried_forces(k, on_x_slope, carried.collect(), taken)
     }
 
     /// Forces on the unknowns of the sector, n, of a load on X, with those of amplitudes of the modes
     /// and of what the dashpots take.
-    fn with_handed_on(
+    fn add_carried_forces(
         &self,
         k: usize,
         on_x: &[c64],
         carried: Vec<c64>,
         taken: Option<[Vec<c64>; 2]>,
     ) -> Vec<c64> {
-        let of = self.problem.reduced.of_harmonic(k);
+        let of = self.problem.reduced.harmonic_model(k);
         let mut load = on_x[..of.unknowns()].to_vec();
         for amplitudes in std::iter::once(&[carried, Vec::new()]).chain(&taken) {
             of.add_on_pairs(amplitudes, &mut load);
@@ -229,11 +236,11 @@ impl ContactSystem {
     /// Amplitudes of the stuck modes at harmonic `k` under X and a modal load.
     pub fn modal_response(&self, k: usize, omega: f64, x: &[c64], on_modes: &[c64]) -> Vec<c64> {
         let eliminated = self.eliminated(k, omega);
-        let [px, moved] = self.problem.reduced.of_harmonic(k).moved_by(x);
+        let [px, moved] = self.problem.reduced.harmonic_model(k).moved_by(x);
         let of_mode = |(m, (&fm, &px)): (usize, (&c64, &c64))| eliminated.amplitude(m, fm, px);
-        let all = on_modes.iter().zip(&px).enumerate();
-        let mut amplitudes: Vec<c64> = all.map(of_mode).collect();
-        eliminated.hold([&px, &moved], (on_modes, c64::ZERO), &mut amplitudes);
+        let loaded = on_modes.iter().zip(&px).enumerate();
+        let mut amplitudes: Vec<c64> = loaded.map(of_mode).collect();
+        eliminated.subtract_dashpots([&px, &moved], (on_modes, c64::ZERO), &mut amplitudes);
         amplitudes
     }
 
@@ -247,7 +254,7 @@ impl ContactSystem {
         on_modes: &[f64],
     ) -> Vec<c64> {
         let eliminated = self.eliminated(k, omega);
-        let of = self.problem.reduced.of_harmonic(k);
+        let of = self.problem.reduced.harmonic_model(k);
         let complex = |v: &[f64]| v.iter().map(|v| c64::new(*v, 0.0)).collect::<Vec<_>>();
         let (mut slope, on_modes) = (complex(on_x), complex(on_modes));
         for (m, (share, on)) in eliminated.shares().iter().zip(&on_modes).enumerate() {
@@ -256,7 +263,7 @@ impl ContactSystem {
                 *slope += share * (on.re * *p);
             }
         }
-        if let Some(taken) = eliminated.taken_from_displacement(&on_modes) {
+        if let Some(taken) = eliminated.dashpot_displacement_share(&on_modes) {
             of.model.add_on_pairs(&taken, &mut slope);
         }
         of.narrowed(&slope)
@@ -300,7 +307,7 @@ struct Product<'c> {
 impl Product<'_> {
     /// Computes [K v_0, Lambda X, ...] for the mean and cosine and sine of each harmonic, of a model
     /// of the sector alone.
-    fn with_mean(&self, v: &[f64], y: &mut [f64]) {
+    fn apply_with_mean(&self, v: &[f64], y: &mut [f64]) {
         let model = self.of.model;
         let n = model.stiffness.nrows();
         // In parallel where a core is free, as at the end of a sweep when its other half is done.
@@ -314,7 +321,7 @@ impl Product<'_> {
 
     /// Computes [Lambda X, ...] on the unknowns of the sector, n, for cosine and sine of each harmonic
     /// on those of the model, N.
-    fn of_harmonics(&self, v: &[f64], y: &mut [f64]) {
+    fn apply_harmonics(&self, v: &[f64], y: &mut [f64]) {
         let n = self.of.unknowns();
         let [stiffness, mass] =
             [&self.of.model.stiffness, &self.of.model.mass].map(|a| a.subrows(0, n));
@@ -333,7 +340,7 @@ impl Product<'_> {
             let mut amplitudes = times(coupling.transpose(), v);
             let held = (dashpots.count() > 0).then(|| {
                 let moved = times(dashpots.on_x.transpose(), v);
-                self.of_dashpots([&amplitudes, &moved])
+                self.dashpot_products([&amplitudes, &moved])
             });
             for (k, c) in self.harmonics.iter().enumerate() {
                 let of_harmonic = 2 * modes * k..2 * modes * (k + 1);
@@ -375,7 +382,7 @@ impl Product<'_> {
 
     /// Products `L T L^T g` of all harmonics: cosine and sine on the modes and on the dashpots, from
     /// the same of `p^T X` and of the displacements of the dashpots.
-    fn of_dashpots(&self, moved: [&[f64]; 2]) -> [Vec<f64>; 2] {
+    fn dashpot_products(&self, moved: [&[f64]; 2]) -> [Vec<f64>; 2] {
         let mut out = moved.map(|v| vec![0.0; v.len()]);
         let count = 2 * self.harmonics.len();
         for (k, c) in self.harmonics.iter().enumerate() {
@@ -403,18 +410,18 @@ impl Product<'_> {
 
 /// Product of a matrix with columns that stand one after the other.
 fn times(a: MatRef<'_, f64>, b: &[f64]) -> Vec<f64> {
-    on_columns(a, b, |b, out| {
+    multiply_columns(a, b, |b, out| {
         matmul(out, Accum::Replace, a, b, 1.0, Par::Seq);
     })
 }
 
 /// [`times`] for a symmetric matrix.
 fn symmetric_times(a: MatRef<'_, f64>, b: &[f64]) -> Vec<f64> {
-    on_columns(a, b, |b, out| dense::add_symmetric_product(a, b, out))
+    multiply_columns(a, b, |b, out| dense::add_symmetric_product(a, b, out))
 }
 
 /// Writes a product of `a` with columns that stand one after the other into zeros.
-fn on_columns(
+fn multiply_columns(
     a: MatRef<'_, f64>,
     b: &[f64],
     product: impl FnOnce(MatRef<'_, f64>, MatMut<'_, f64>),
@@ -441,7 +448,7 @@ impl HarmonicStiffness {
 
     /// Model by which harmonic k (1..H) moves.
     fn model(&self, k: usize) -> HarmonicModel<'_> {
-        self.reduced.of_harmonic(k)
+        self.reduced.harmonic_model(k)
     }
 
     /// Coefficients of each harmonic, with the stuck modes below `cut` times the highest of them.
@@ -463,7 +470,7 @@ impl HarmonicStiffness {
         let n = self.unknowns();
         let (waves, in_phase): (Vec<usize>, Vec<usize>) =
             (1..=self.harmonics.len()).partition(|k| self.model(*k).wave.is_some());
-        let mean = self.reduced.of_harmonic(0);
+        let mean = self.reduced.harmonic_model(0);
         let coefficients: Vec<&Coefficients> =
             in_phase.iter().map(|k| &self.harmonics[k - 1]).collect();
         let product = Product {
@@ -471,17 +478,17 @@ impl HarmonicStiffness {
             harmonics: &coefficients,
         };
         if waves.is_empty() {
-            product.with_mean(v, y);
+            product.apply_with_mean(v, y);
             return;
         }
         let of_harmonics = in_phase.iter().flat_map(|k| [cosine(*k), sine(*k)]);
         let blocks: Vec<usize> = std::iter::once(0).chain(of_harmonics).collect();
         let block = |b: &usize| &v[b * n..(b + 1) * n];
         let together = blocks.iter().map(block).collect::<Vec<_>>().concat();
-        let mut found = vec![0.0; together.len()];
-        product.with_mean(&together, &mut found);
-        for (b, found) in blocks.into_iter().zip(found.chunks_exact(n)) {
-            y[b * n..(b + 1) * n].copy_from_slice(found);
+        let mut combined = vec![0.0; together.len()];
+        product.apply_with_mean(&together, &mut combined);
+        for (b, combined) in blocks.into_iter().zip(combined.chunks_exact(n)) {
+            y[b * n..(b + 1) * n].copy_from_slice(combined);
         }
         for k in waves {
             let of = self.model(k);
@@ -491,14 +498,14 @@ impl HarmonicStiffness {
                 of,
                 harmonics: &[&self.harmonics[k - 1]],
             };
-            product.of_harmonics(&both, &mut y[c * n..(s + 1) * n]);
+            product.apply_harmonics(&both, &mut y[c * n..(s + 1) * n]);
         }
     }
 
     /// Diagonal of Lambda of harmonic k (1..H), without forming the rest.
     pub(crate) fn diagonal(&self, k: usize) -> Vec<c64> {
         let n = self.unknowns();
-        let of_pairs = (0..n).flat_map(|i| self.of_pairs(k, i..i + 1, i));
+        let of_pairs = (0..n).flat_map(|i| self.pair_entries(k, i..i + 1, i));
         let mut diagonal: Vec<c64> = of_pairs.collect();
         let Coefficients {
             modes, dashpots, ..
@@ -547,7 +554,7 @@ impl HarmonicStiffness {
         } = &self.harmonics[k - 1];
         let mut parts = [Mat::<f64>::zeros(n, n), Mat::zeros(n, n)];
         for j in 0..n {
-            for (i, v) in self.of_pairs(k, 0..n, j).enumerate() {
+            for (i, v) in self.pair_entries(k, 0..n, j).enumerate() {
                 (parts[0][(i, j)], parts[1][(i, j)]) = (v.re, v.im);
             }
         }
@@ -584,7 +591,7 @@ impl HarmonicStiffness {
     }
 
     /// Entries `rows` of column j of s K - z M of harmonic k: Lambda without the stuck modes.
-    fn of_pairs(&self, k: usize, rows: Range<usize>, j: usize) -> impl Iterator<Item = c64> {
+    fn pair_entries(&self, k: usize, rows: Range<usize>, j: usize) -> impl Iterator<Item = c64> {
         let Coefficients { s, z, .. } = self.harmonics[k - 1];
         let of = self.model(k);
         let entry = move |i| {

@@ -52,7 +52,7 @@ pub(super) struct Factors {
 
 impl Factors {
     /// Coefficient (i, j) of the forces of dashpots of these coefficients, and of the air behind them.
-    fn of_forces(&self, damping_n_s_m: &[f64], i: usize, j: usize) -> c64 {
+    fn force_coefficient(&self, damping_n_s_m: &[f64], i: usize, j: usize) -> c64 {
         let d = damping_n_s_m.len();
         match (i.checked_sub(d), j.checked_sub(d)) {
             (None, None) if i == j => self.rate * damping_n_s_m[i],
@@ -62,9 +62,9 @@ impl Factors {
     }
 
     /// Factors s and z of a stuck mode.
-    pub(crate) fn of_mode(&self, mode: usize) -> [c64; 2] {
-        let own = self.of_modes.get(mode);
-        own.copied().unwrap_or([self.s, self.z])
+    pub(crate) fn mode_factors(&self, mode: usize) -> [c64; 2] {
+        let factors = self.of_modes.get(mode);
+        factors.copied().unwrap_or([self.s, self.z])
     }
 }
 
@@ -183,7 +183,7 @@ impl<'a> Elimination<'a> {
         kept: &'a [(usize, c64)],
     ) -> Self {
         let divisor = |(m, w2): (usize, &f64)| {
-            let [s, z] = factors.of_mode(m);
+            let [s, z] = factors.mode_factors(m);
             s * *w2 - z
         };
         let divisors = reduced.omega2.iter().enumerate().map(divisor).collect();
@@ -217,7 +217,9 @@ impl<'a> Elimination<'a> {
         });
         let r = y.ncols();
         let coefficients = Mat::from_fn(r, r, |i, j| match (i.checked_sub(d), j.checked_sub(d)) {
-            (None, None) => self.factors.of_forces(&dashpots.damping_n_s_m, i, j),
+            (None, None) => self
+                .factors
+                .force_coefficient(&dashpots.damping_n_s_m, i, j),
             (Some(i), Some(j)) if i == j => c64::new(-self.reduced.omega2[near[j]], 0.0),
             _ => ZERO,
         });
@@ -228,7 +230,7 @@ impl<'a> Elimination<'a> {
         let mut inverse = unit;
         Lu::new(matrix).solve_in_place(inverse.as_mut());
         let coupled = LowRank {
-            on_modes: self.scaled_rows(&divided, |m| self.factors.of_mode(m)[1]),
+            on_modes: self.scaled_rows(&divided, |m| self.factors.mode_factors(m)[1]),
             on_dashpots: Mat::from_fn(d, r, |i, j| if i == j { ONE } else { ZERO }),
             middle: product(coefficients.as_ref(), inverse.as_ref()),
         };
@@ -263,7 +265,7 @@ impl<'a> Elimination<'a> {
     pub(crate) fn coefficients(&self) -> Coefficients {
         let Factors { s, z, .. } = self.factors;
         let mode = |m: usize| {
-            let [_, own] = self.factors.of_mode(m);
+            let [_, own] = self.factors.mode_factors(m);
             let mut factor = match self.keeps(m) {
                 true => ZERO,
                 false => -(own * own) / self.divisors[m],
@@ -284,7 +286,7 @@ impl<'a> Elimination<'a> {
     /// Derivatives of the coefficients of Lambda, from those of the factors, times `times`.
     pub(crate) fn slopes(&self, slope: &Factors, times: f64) -> Coefficients {
         let mode = |m: usize| {
-            let ([_, own], [_, dz]) = (self.factors.of_mode(m), slope.of_mode(m));
+            let ([_, own], [_, dz]) = (self.factors.mode_factors(m), slope.mode_factors(m));
             let (d, dd) = (self.divisors[m], self.divisor_slope(slope, m));
             let mut factor = match self.keeps(m) {
                 true => ZERO,
@@ -333,14 +335,14 @@ impl<'a> Elimination<'a> {
 
     /// Derivative of d of a mode.
     fn divisor_slope(&self, slope: &Factors, mode: usize) -> c64 {
-        let [ds, dz] = slope.of_mode(mode);
+        let [ds, dz] = slope.mode_factors(mode);
         ds * self.reduced.omega2[mode] - dz
     }
 
     /// L' = y (z / d)' and T' = (1 - T H) k' R + T y^T D^-1 D' D^-1 y T with R = (1 + H k)^-1.
     fn force_slopes(&self, forces: &Forces, slope: &Factors) -> ForceSlopes {
         let by_mode = |m: usize| {
-            let ([_, z], [_, dz]) = (self.factors.of_mode(m), slope.of_mode(m));
+            let ([_, z], [_, dz]) = (self.factors.mode_factors(m), slope.mode_factors(m));
             let inverse = self.inverse(m);
             (dz - z * self.divisor_slope(slope, m) * inverse) * inverse
         };
@@ -366,47 +368,51 @@ impl<'a> Elimination<'a> {
 
     /// Amplitude of each stuck mode for a unit of `p_m . X`, without dashpots: z / d.
     pub(crate) fn shares(&self) -> Vec<c64> {
-        let share = |m: usize| self.factors.of_mode(m)[1] / self.divisors[m];
+        let share = |m: usize| self.factors.mode_factors(m)[1] / self.divisors[m];
         (0..self.divisors.len()).map(share).collect()
     }
 
     /// Amplitude of a stuck mode under a force on it and `p . X`, without dashpots.
     pub(crate) fn amplitude(&self, mode: usize, force: c64, px: c64) -> c64 {
-        (force + self.factors.of_mode(mode)[1] * px) / self.divisors[mode]
+        (force + self.factors.mode_factors(mode)[1] * px) / self.divisors[mode]
     }
 
     /// Amplitude of a stuck mode that a force on it has, times z: the part of the force that acts on
     /// the pairs through the mode, without dashpots.
     pub(crate) fn carried(&self, mode: usize, force: c64) -> c64 {
-        force * self.factors.of_mode(mode)[1] / self.divisors[mode]
+        force * self.factors.mode_factors(mode)[1] / self.divisors[mode]
     }
 
     /// Derivative of [`Elimination::carried`] for a force with a derivative.
     pub(crate) fn carried_slope(&self, slope: &Factors, mode: usize, [force, df]: [c64; 2]) -> c64 {
-        let ([_, z], [_, dz]) = (self.factors.of_mode(mode), slope.of_mode(mode));
+        let ([_, z], [_, dz]) = (self.factors.mode_factors(mode), slope.mode_factors(mode));
         let (d, dd) = (self.divisors[mode], self.divisor_slope(slope, mode));
         df * z / d + force * (dz * d - z * dd) / (d * d)
     }
 
     /// What the dashpots take from a load on the modes before it acts on Q: `-L T y^T D^-1 fm` on
     /// the modes and on the dashpots; `None` without dashpots.
-    pub(crate) fn taken(&self, on_modes: &[c64]) -> Option<[Vec<c64>; 2]> {
+    pub(crate) fn dashpot_share(&self, on_modes: &[c64]) -> Option<[Vec<c64>; 2]> {
         let forces = self.dashpots.as_ref()?;
-        let t = times(&forces.coupled.middle, &self.on_forces(forces, on_modes));
+        let t = times(
+            &forces.coupled.middle,
+            &self.project_forces(forces, on_modes),
+        );
         Some(forces.coupled.scattered(&negated(&t)))
     }
 
     /// What the dashpots take from a displacement by the modes before it depends on `Q^T X`: `-L T^T
     /// y^T D^-1 w`, for weights w of the modes in the displacement; `None` without dashpots.
-    pub(crate) fn taken_from_displacement(&self, on_modes: &[c64]) -> Option<[Vec<c64>; 2]> {
+    pub(crate) fn dashpot_displacement_share(&self, on_modes: &[c64]) -> Option<[Vec<c64>; 2]> {
         let forces = self.dashpots.as_ref()?;
         let coupled = forces.coupled.transposed();
-        let t = times(&coupled.middle, &self.on_forces(forces, on_modes));
+        let t = times(&coupled.middle, &self.project_forces(forces, on_modes));
         Some(coupled.scattered(&negated(&t)))
     }
 
-    /// Derivative of [`Elimination::taken`] for a load with the derivative `on_modes_slope`.
-    pub(crate) fn taken_slope(
+    /// Derivative of [`Elimination::dashpot_share`] for a load with the derivative
+    /// `on_modes_slope`.
+    pub(crate) fn dashpot_share_slope(
         &self,
         slope: &Factors,
         on_modes: &[c64],
@@ -416,14 +422,14 @@ impl<'a> Elimination<'a> {
         let slopes = self.force_slopes(forces, slope);
         let middle = &forces.coupled.middle;
         // b = y^T D^-1 fm, t = T b.
-        let b = self.on_forces(forces, on_modes);
+        let b = self.project_forces(forces, on_modes);
         let turned: Vec<c64> = (0..on_modes.len())
             .map(|m| {
                 on_modes_slope[m] - self.divisor_slope(slope, m) * self.inverse(m) * on_modes[m]
             })
             .collect();
         let t = times(middle, &b);
-        let mut dt = times(middle, &self.on_forces(forces, &turned));
+        let mut dt = times(middle, &self.project_forces(forces, &turned));
         for (sum, part) in dt.iter_mut().zip(times(&slopes.middle, &b)) {
             *sum += part;
         }
@@ -435,7 +441,7 @@ impl<'a> Elimination<'a> {
     /// Takes from the amplitudes of the modes what the dashpots do: `D^-1 y T (L^T Q^T X + y^T D^-1
     /// fm + y_k q_k)`, with `Q^T X` on the modes and on the dashpots, and the amplitude `kept` of the
     /// first of the modes that are not eliminated.
-    pub(crate) fn hold(
+    pub(crate) fn subtract_dashpots(
         &self,
         moved: [&[c64]; 2],
         (on_modes, kept): (&[c64], c64),
@@ -444,8 +450,8 @@ impl<'a> Elimination<'a> {
         let Some(forces) = &self.dashpots else {
             return;
         };
-        let mut b = self.on_forces(forces, on_modes);
-        let of_kept = self.on_kept(forces);
+        let mut b = self.project_forces(forces, on_modes);
+        let of_kept = self.kept_displacements(forces);
         b.iter_mut()
             .zip(&of_kept)
             .for_each(|(sum, y)| *sum += y * kept);
@@ -461,7 +467,7 @@ impl<'a> Elimination<'a> {
     }
 
     /// Computes `y^T D^-1 f`, r.
-    fn on_forces(&self, forces: &Forces, f: &[c64]) -> Vec<c64> {
+    fn project_forces(&self, forces: &Forces, f: &[c64]) -> Vec<c64> {
         let divided: Vec<c64> = (0..f.len()).map(|m| f[m] * self.inverse(m)).collect();
         let columns = forces.y.col_iter();
         let of = |column: faer::ColRef<'_, c64>| {
@@ -471,10 +477,10 @@ impl<'a> Elimination<'a> {
     }
 
     /// Coupling of the modes that are kept by the dashpots; `None` without dashpots or such modes.
-    pub(crate) fn of_kept(&self) -> Option<KeptCoupling> {
-        let (forces, first) = self.of_first_kept()?;
+    pub(crate) fn kept_coupling(&self) -> Option<KeptCoupling> {
+        let (forces, first) = self.first_kept_forces()?;
         let coupled = &forces.coupled;
-        let t = times(&coupled.middle, &self.on_kept(forces));
+        let t = times(&coupled.middle, &self.kept_displacements(forces));
         let row = times(&coupled.transposed().middle, &first);
         Some(KeptCoupling {
             own: dot(&first, &t),
@@ -483,9 +489,9 @@ impl<'a> Elimination<'a> {
         })
     }
 
-    /// Derivatives of [`Elimination::of_kept`].
-    pub(crate) fn of_kept_slopes(&self, slope: &Factors) -> Option<KeptCoupling> {
-        let (forces, first) = self.of_first_kept()?;
+    /// Derivatives of [`Elimination::kept_coupling`].
+    pub(crate) fn kept_coupling_slope(&self, slope: &Factors) -> Option<KeptCoupling> {
+        let (forces, first) = self.first_kept_forces()?;
         let slopes = self.force_slopes(forces, slope);
         // (L t)' = L t' + L' t.
         let scattered = |t: &[c64], dt: &[c64]| {
@@ -493,7 +499,7 @@ impl<'a> Elimination<'a> {
             add_columns(&slopes.on_modes, &negated(t), &mut on_modes);
             [on_modes, on_dashpots]
         };
-        let together = self.on_kept(forces);
+        let together = self.kept_displacements(forces);
         let (t, dt) = (&forces.coupled.middle, &slopes.middle);
         let [across, of_slope] = [t, dt].map(|t| t.transpose().to_owned());
         let moved = times(dt, &together);
@@ -505,7 +511,7 @@ impl<'a> Elimination<'a> {
     }
 
     /// Forces of the dashpots, and their weights on the first of the modes that are kept.
-    fn of_first_kept(&self) -> Option<(&Forces, Vec<c64>)> {
+    fn first_kept_forces(&self) -> Option<(&Forces, Vec<c64>)> {
         let (forces, (first, _)) = (self.dashpots.as_ref()?, self.kept.first()?);
         let weights = (0..forces.y.ncols()).map(|j| forces.y[(*first, j)]);
         Some((forces, weights.collect()))
@@ -513,7 +519,7 @@ impl<'a> Elimination<'a> {
 
     /// Displacements of the dashpots, r, by the modes that are kept, where the first one has the
     /// amplitude 1.
-    fn on_kept(&self, forces: &Forces) -> Vec<c64> {
+    fn kept_displacements(&self, forces: &Forces) -> Vec<c64> {
         let of = |j: usize| {
             let modes = self.kept.iter();
             modes.map(|(m, share)| share * forces.y[(*m, j)]).sum()

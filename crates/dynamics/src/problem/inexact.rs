@@ -91,24 +91,22 @@ pub(crate) fn motions(unknowns: usize) -> usize {
 impl InexactModel {
     /// Model with its coarse space.
     pub fn new(model: &Arc<ReducedModel>) -> Self {
-        Self::with_inertia(model, |motions| {
+        Self::build(model, |motions| {
             let moved = product(model.mass.as_ref(), motions.as_ref());
             narrow(nystrom(&moved, motions).as_ref())
         })
     }
 
     /// Model with its coarse space for linear solves in the mean alone, to which no mass belongs.
-    pub(crate) fn of_mean(model: &Arc<ReducedModel>) -> Self {
-        Self::with_inertia(model, |motions| Mat::zeros(motions.nrows(), 0))
+    pub(crate) fn mean_only(model: &Arc<ReducedModel>) -> Self {
+        Self::build(model, |motions| Mat::zeros(motions.nrows(), 0))
     }
 
-    fn with_inertia(
-        model: &Arc<ReducedModel>,
-        inertia: impl FnOnce(&Mat<f64>) -> Mat<f32>,
-    ) -> Self {
-        let own = model.diagonal_stiffness();
-        let count = motions(own.len());
-        let CoarseSpace { motions, forces } = coarse_space(model.stiffness.as_ref(), &own, count);
+    fn build(model: &Arc<ReducedModel>, inertia: impl FnOnce(&Mat<f64>) -> Mat<f32>) -> Self {
+        let diagonal = model.diagonal_stiffness();
+        let count = motions(diagonal.len());
+        let CoarseSpace { motions, forces } =
+            coarse_space(model.stiffness.as_ref(), &diagonal, count);
         let mut this = Self {
             inertia: inertia(&motions),
             model: Arc::clone(model),
@@ -118,7 +116,7 @@ impl InexactModel {
         this.all = Some(Arc::new(Inexact {
             forces: narrow(forces.transpose()),
             motions: narrow(this.coarse_space.transpose()),
-            ..this.without_motions((0..model.pairs()).collect())
+            ..this.restrict_motionless((0..model.pairs()).collect())
         }));
         this
     }
@@ -146,13 +144,13 @@ impl InexactModel {
         if let Some(last) = last {
             let serves = |all: &[usize]| active.iter().all(|p| all.binary_search(p).is_ok());
             let is_all = last.pairs.len() == self.model.pairs();
-            let few_enough = last.pairs.len() <= most || (is_all && self.all_take_part(count));
+            let few_enough = last.pairs.len() <= most || (is_all && self.includes_all_pairs(count));
             if few_enough && serves(&last.pairs) {
                 return Arc::clone(last);
             }
         }
         if let Some(all) = &self.all
-            && self.all_take_part(count)
+            && self.includes_all_pairs(count)
         {
             return Arc::clone(all);
         }
@@ -165,19 +163,19 @@ impl InexactModel {
                 pairs = active.to_vec();
             }
         }
-        Arc::new(self.on(pairs))
+        Arc::new(self.restrict(pairs))
     }
 
-    fn all_take_part(&self, count: usize) -> bool {
+    fn includes_all_pairs(&self, count: usize) -> bool {
         count as f64 >= ALL_FROM * self.model.pairs() as f64
     }
 
-    fn on(&self, pairs: Vec<usize>) -> Inexact {
-        let mut inexact = self.without_motions(pairs);
+    fn restrict(&self, pairs: Vec<usize>) -> Inexact {
+        let mut inexact = self.restrict_motionless(pairs);
         let m = inexact.unknowns();
         let columns = columns(&inexact.pairs);
-        let all = self.model.diagonal_stiffness();
-        let weights: Vec<f64> = columns.iter().map(|&c| all[c]).collect();
+        let diagonal = self.model.diagonal_stiffness();
+        let weights: Vec<f64> = columns.iter().map(|&c| diagonal[c]).collect();
         let count = (MOTIONS_PER_ROOT * (m as f64).sqrt()).ceil() as usize;
         let motions = self
             .coarse_space
@@ -193,14 +191,14 @@ impl InexactModel {
         inexact
     }
 
-    fn without_motions(&self, pairs: Vec<usize>) -> Inexact {
+    fn restrict_motionless(&self, pairs: Vec<usize>) -> Inexact {
         let columns = columns(&pairs);
         let [coupling, dashpots] = self.model.coupling_and_dashpots();
         let inertia = &self.inertia;
         let m = columns.len();
-        let stiffness = PackedSymmetric::of(self.model.stiffness.as_ref(), &columns);
+        let stiffness = PackedSymmetric::new(self.model.stiffness.as_ref(), &columns);
         let near_stiffness = (!stiffness.is_one_block())
-            .then(|| NearField::of(self.model.stiffness.as_ref(), &columns, NEAR))
+            .then(|| NearField::new(self.model.stiffness.as_ref(), &columns, NEAR))
             .filter(|near| (near.blocks() as f64) < NEAR_FRACTION * (pairs.len() as f64).powi(2));
         Inexact {
             stiffness,

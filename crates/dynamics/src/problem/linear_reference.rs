@@ -37,14 +37,14 @@ pub struct LinearReference {
     /// Reason why open pairs are held like the others; `None` where they are released.
     pub not_released: Option<String>,
     /// Modes with pairs released; `None` where all pairs stick, and the modes are the stuck ones.
-    released: Option<Released>,
+    released: Option<ReleasedModes>,
     /// References of the waves round a disc, each about both copies of the sector, by their nodal
     /// diameter.
     waves: BTreeMap<usize, LinearReference>,
 }
 
 #[derive(Debug, Clone)]
-struct Released {
+struct ReleasedModes {
     /// Relative displacements that are free, and ...
     rows: Vec<usize>,
     /// ... the motion of these and of the stuck modes in each mode, of unit modal mass.
@@ -58,7 +58,7 @@ impl LinearReference {
     /// Reference about a state in which the pairs of these numbers are open, and the others stick,
     /// with their springs if any. Where nothing holds the assembly so, or no modes are found,
     /// nothing moves in any pair.
-    pub fn about(problem: &Problem, open_pairs: &[usize]) -> Self {
+    pub fn new(problem: &Problem, open_pairs: &[usize]) -> Self {
         let mut rows = Vec::new();
         for (pair, law) in problem.laws.iter().enumerate() {
             let springs_n_m = match law.stiffness {
@@ -74,29 +74,29 @@ impl LinearReference {
             let second = rows.iter().map(|(row, n_m)| (row + n, *n_m));
             rows.iter().copied().chain(second).collect::<Vec<_>>()
         };
-        let mut found = Self::with_released(reduced, &rows);
+        let mut reference = Self::release_rows(reduced, &rows);
         for (diameter, copies) in reduced.waves.copies() {
             // Where the sector in phase is held as a whole, so is every wave.
-            let rows = match found.not_released {
+            let rows = match reference.not_released {
                 None => of_both(&rows),
                 Some(_) => Vec::new(),
             };
-            let wave = Self::with_released(copies, &rows);
-            found.waves.insert(*diameter, wave);
+            let wave = Self::release_rows(copies, &rows);
+            reference.waves.insert(*diameter, wave);
         }
-        found
+        reference
     }
 
     /// Reference of a model with these rows of X on springs, N/m, and all others held.
-    fn with_released(reduced: &ReducedModel, rows: &[(usize, f64)]) -> Self {
+    fn release_rows(reduced: &ReducedModel, rows: &[(usize, f64)]) -> Self {
         if rows.is_empty() {
             return Self::held(reduced);
         }
         match modes(reduced, rows) {
             Ok((Modes { omega2, vectors }, with_mass)) => Self {
-                released: Some(Released {
+                released: Some(ReleasedModes {
                     rows: rows.iter().map(|(row, _)| *row).collect(),
-                    bodies_omega2: without_springs(&omega2, &vectors, rows),
+                    bodies_omega2: subtract_springs(&omega2, &vectors, rows),
                     vectors,
                 }),
                 omega2,
@@ -133,10 +133,10 @@ impl LinearReference {
 
     /// Reference of harmonic `k`: itself, or that of both copies of the sector, in which each mode
     /// stands twice.
-    pub fn of_harmonic(&self, reduced: &ReducedModel, k: usize) -> &Self {
+    pub fn harmonic_reference(&self, reduced: &ReducedModel, k: usize) -> &Self {
         let wave = reduced.waves.wave(k);
-        let own = wave.and_then(|(wave, _)| self.waves.get(&wave.nodal_diameter));
-        own.unwrap_or(self)
+        let reference = wave.and_then(|(wave, _)| self.waves.get(&wave.nodal_diameter));
+        reference.unwrap_or(self)
     }
 
     /// Squared angular frequencies of the modes with mass that the first harmonic has, rad2/s2,
@@ -149,8 +149,8 @@ impl LinearReference {
     /// The modes of [`LinearReference::omega2_of_first_harmonic`], each with the stiffness that the
     /// bodies have in it.
     pub fn modes_of_first_harmonic(&self, reduced: &ReducedModel) -> Vec<ModalStiffness> {
-        let of = self.of_harmonic(reduced, 1);
-        let copies = reduced.of_harmonic(1).copies();
+        let of = self.harmonic_reference(reduced, 1);
+        let copies = reduced.harmonic_model(1).copies();
         let mode = |m: usize| ModalStiffness {
             omega2: of.omega2[m],
             bodies_omega2: of.bodies_omega2().get(m).copied().unwrap_or(of.omega2[m]),
@@ -163,19 +163,25 @@ impl LinearReference {
     /// was made, and those of the stuck modes of the model of that harmonic.
     pub fn first_harmonic_motion(&self, problem: &Problem, mode: usize) -> (Vec<c64>, Vec<c64>) {
         let reduced = &problem.reduced;
-        let (of, on) = (self.of_harmonic(reduced, 1), reduced.of_harmonic(1));
+        let (of, on) = (
+            self.harmonic_reference(reduced, 1),
+            reduced.harmonic_model(1),
+        );
         let first = mode * on.copies();
         let mut x = vec![c64::ZERO; on.unknowns()];
         let mut q = vec![c64::ZERO; on.model.omega2.len()];
-        let Some(Released { rows, vectors, .. }) = &of.released else {
+        let Some(ReleasedModes { rows, vectors, .. }) = &of.released else {
             for (mode, share) in on.moving_together(first) {
                 q[mode] = share;
             }
             return (x, q);
         };
-        let own = of.model(on, problem, Rayleigh::NONE);
-        let own = HarmonicModel { model: &own, ..on };
-        for (mode, share) in own.moving_together(first) {
+        let wave_model = of.model(on, problem, Rayleigh::NONE);
+        let wave = HarmonicModel {
+            model: &wave_model,
+            ..on
+        };
+        for (mode, share) in wave.moving_together(first) {
             let (on_rows, on_modes) = vectors.col_as_slice(mode).split_at(rows.len());
             let of_sector = rows
                 .iter()
@@ -194,11 +200,11 @@ impl LinearReference {
     pub fn problem(&self, problem: &Problem, damping: Rayleigh) -> Problem {
         let reduced = &problem.reduced;
         let harmonic = |excitation: &HarmonicLoad| {
-            let of = self.of_harmonic(reduced, excitation.harmonic);
+            let of = self.harmonic_reference(reduced, excitation.harmonic);
             HarmonicLoad {
                 harmonic: excitation.harmonic,
-                cosine: of.on_own_modes(&excitation.cosine),
-                sine: of.on_own_modes(&excitation.sine),
+                cosine: of.project_load(&excitation.cosine),
+                sine: of.project_load(&excitation.sine),
                 growth: excitation.growth,
             }
         };
@@ -207,13 +213,17 @@ impl LinearReference {
             None => problem.modal_ratios.clone(),
             Some(_) => Vec::new(),
         };
-        let waves = reduced.waves.with(|diameter, copies| {
+        let waves = reduced.waves.map_copies(|diameter, copies| {
             let of = self.waves.get(&diameter).unwrap_or(self);
-            of.model(HarmonicModel::of_copies(copies, diameter), problem, damping)
+            of.model(
+                HarmonicModel::from_copies(copies, diameter),
+                problem,
+                damping,
+            )
         });
         let on_modes = ReducedModel {
             waves,
-            ..self.model(reduced.of_harmonic(0), problem, damping)
+            ..self.model(reduced.harmonic_model(0), problem, damping)
         };
         Problem {
             reduced: on_modes.into(),
@@ -236,22 +246,22 @@ impl LinearReference {
         let observations = reduced.observations.iter().map(observed);
         let dashpots = match &self.released {
             None => reduced.dashpots.loads(),
-            Some(_) => problem.damping_besides(of, damping),
+            Some(_) => problem.additional_damping(of, damping),
         };
         let dashpots = dashpots
             .iter()
-            .map(|(c, weights)| (*c, self.on_own_modes(weights)));
+            .map(|(c, weights)| (*c, self.project_load(weights)));
         let dashpots: Vec<(f64, Load)> = dashpots.collect();
         let influenced = reduced.dashpots.influenced();
-        let influenced = influenced.iter().map(|weights| self.on_own_modes(weights));
+        let influenced = influenced.iter().map(|weights| self.project_load(weights));
         let influenced: Vec<Load> = influenced.collect();
         let unit_loads = reduced.unit_loads.iter();
         let nothing = |modes| Mat::zeros(0, modes);
         let coupling = nothing(self.omega2.len());
         ReducedModel {
             bodies_omega2: self.bodies_omega2().to_vec(),
-            static_load: self.on_own_modes(&reduced.static_load),
-            unit_loads: unit_loads.map(|load| self.on_own_modes(load)).collect(),
+            static_load: self.project_load(&reduced.static_load),
+            unit_loads: unit_loads.map(|load| self.project_load(load)).collect(),
             observations: observations.collect(),
             dashpots: Dashpots::new(0, self.omega2.len(), &dashpots).with_influenced(&influenced),
             ..ReducedModel::new(nothing(0), nothing(0), coupling, self.omega2.clone())
@@ -265,19 +275,19 @@ impl LinearReference {
     }
 
     /// Load on the modes of the reference.
-    fn on_own_modes(&self, load: &Load) -> Load {
+    fn project_load(&self, load: &Load) -> Load {
         Load::new(Vec::new(), self.shares(&load.on_x, &load.on_modes))
     }
 
     /// Converts weights of the relative displacements and of the stuck modes, for a load or an
     /// observation, to weights of each mode.
     fn shares(&self, on_x: &[f64], on_modes: &[f64]) -> Vec<f64> {
-        let Some(Released { rows, vectors, .. }) = &self.released else {
+        let Some(ReleasedModes { rows, vectors, .. }) = &self.released else {
             return on_modes.to_vec();
         };
         let on_open = rows.iter().map(|i| on_x[*i]);
-        let all: Vec<f64> = on_open.chain(on_modes.iter().copied()).collect();
-        let column = MatRef::from_column_major_slice(&all, all.len(), 1);
+        let loads: Vec<f64> = on_open.chain(on_modes.iter().copied()).collect();
+        let column = MatRef::from_column_major_slice(&loads, loads.len(), 1);
         let shares = product(vectors.transpose(), column);
         shares.col_as_slice(0).to_vec()
     }
@@ -285,7 +295,7 @@ impl LinearReference {
 
 /// Squared angular frequencies, rad2/s2, less the stiffness of these rows' springs in each mode, of
 /// unit modal mass; empty without springs.
-fn without_springs(omega2: &[f64], vectors: &Mat<f64>, rows: &[(usize, f64)]) -> Vec<f64> {
+fn subtract_springs(omega2: &[f64], vectors: &Mat<f64>, rows: &[(usize, f64)]) -> Vec<f64> {
     if rows.iter().all(|(_, n_m)| *n_m == 0.0) {
         return Vec::new();
     }

@@ -26,7 +26,7 @@ pub use linear_reference::LinearReference;
 use crate::contact::PairLaw;
 use crate::damping::{DampingError, Rayleigh};
 use crate::excitation::{Excitation, Growth, NamedExcitation};
-use crate::reduced::{HarmonicModel, Load, ReducedModel, whole};
+use crate::reduced::{HarmonicModel, Load, ReducedModel, serialize_whole};
 use dovetail_numerics::vector::norm;
 use std::sync::Arc;
 
@@ -35,7 +35,7 @@ use std::sync::Arc;
 #[derive(Debug, Clone, serde::Serialize)]
 pub struct Problem {
     /// Matrices on the relative displacements X (n = 3 pairs) and the stuck modes.
-    #[serde(serialize_with = "whole")]
+    #[serde(serialize_with = "serialize_whole")]
     pub reduced: Arc<ReducedModel>,
     /// Contact law of each pair, n / 3.
     pub laws: Vec<PairLaw>,
@@ -65,20 +65,20 @@ impl Problem {
     }
 
     /// Problem of a reduced model with the contact law of each pair, which nothing excites.
-    pub fn of_laws(reduced: impl Into<Arc<ReducedModel>>, laws: Vec<PairLaw>) -> Self {
+    pub fn unexcited(reduced: impl Into<Arc<ReducedModel>>, laws: Vec<PairLaw>) -> Self {
         Self::new(reduced, laws, &[])
     }
 
     /// Problem of a reduced model all of whose pairs follow `law`, excited by `amplitude` times its
     /// first unit load, in phase with the cosine of harmonic 1.
-    pub fn of_one_law(reduced: ReducedModel, law: PairLaw, amplitude: f64) -> Self {
+    pub fn uniform(reduced: ReducedModel, law: PairLaw, amplitude: f64) -> Self {
         let laws = vec![law; reduced.pairs()];
         Self::new(reduced, laws, &[Excitation::cosine(amplitude)])
     }
 
     /// Problem of a reduced model all of whose pairs follow `law`, under the excitations that are
     /// stored with it, `factor` times each.
-    pub fn of_excitations(
+    pub fn excited(
         reduced: ReducedModel,
         law: PairLaw,
         excitations: &[NamedExcitation],
@@ -124,11 +124,11 @@ impl Problem {
         mode: usize,
     ) -> Rayleigh {
         if let Some(ratio) = self.modal_ratios.get(of.mode_of_sector(mode)) {
-            return Rayleigh::of_mass(2.0 * ratio * of.model.omega2[mode].sqrt());
+            return Rayleigh::mass_proportional(2.0 * ratio * of.model.omega2[mode].sqrt());
         }
         match of.model.bodies_omega2.get(mode) {
             Some(of_bodies) => {
-                Rayleigh::of_mass(damping.stiffness_s * of_bodies + damping.mass_per_s)
+                Rayleigh::mass_proportional(damping.stiffness_s * of_bodies + damping.mass_per_s)
             }
             None => damping,
         }
@@ -145,25 +145,25 @@ impl Problem {
     /// and weights v as loads of `c v v^T`. They are the dashpots and, for each stuck mode m with a ratio zeta of its own,
     /// `(2 zeta w_m - b) v v^T` and `-a w_m^2 e e^T`, with v the row of M and e that of the identity
     /// that belong to the mode.
-    pub(crate) fn damping_besides(
+    pub(crate) fn additional_damping(
         &self,
         of: HarmonicModel<'_>,
         damping: Rayleigh,
     ) -> Vec<(f64, Load)> {
         let reduced = of.model;
-        let mut all = reduced.dashpots.loads();
+        let mut terms = reduced.dashpots.loads();
         for m in 0..self.modal_ratios.len() * of.copies() {
-            let own = self.mode_damping(of, damping, m);
+            let mode_damping = self.mode_damping(of, damping, m);
             let mut on_mode = Load::zeros(reduced.stiffness.nrows(), reduced.omega2.len());
             on_mode.on_modes[m] = 1.0;
             let of_mass = Load {
                 on_x: reduced.coupling.col_as_slice(m).to_vec(),
                 ..on_mode.clone()
             };
-            all.push((own.mass_per_s - damping.mass_per_s, of_mass));
-            all.push((-damping.stiffness_s * reduced.omega2[m], on_mode));
+            terms.push((mode_damping.mass_per_s - damping.mass_per_s, of_mass));
+            terms.push((-damping.stiffness_s * reduced.omega2[m], on_mode));
         }
-        all
+        terms
     }
 
     /// Returns `true` if another problem has the same static state: the same reduced model and laws.
@@ -180,10 +180,10 @@ impl Problem {
     /// Norm of the forces that press the pairs steadily, N: the static load on X, and the own
     /// stiffness of each pair times its interference.
     pub(crate) fn steady_force_n(&self) -> f64 {
-        let own = self.reduced.diagonal_stiffness();
-        let interference = self.laws.iter().zip(own.iter().step_by(3));
+        let diagonal = self.reduced.diagonal_stiffness();
+        let interference = self.laws.iter().zip(diagonal.iter().step_by(3));
         let interference: Vec<f64> = interference
-            .map(|(law, own)| own * law.gap_m.min(0.0))
+            .map(|(law, diagonal)| diagonal * law.gap_m.min(0.0))
             .collect();
         norm(&self.reduced.static_load.on_x).hypot(norm(&interference))
     }
@@ -202,7 +202,7 @@ fn excited(forces: &[Excitation], reduced: &ReducedModel) -> Vec<HarmonicLoad> {
     kinds.sort_unstable();
     kinds.dedup();
     let both = |kind: (usize, Growth)| {
-        let model = reduced.of_harmonic(kind.0);
+        let model = reduced.harmonic_model(kind.0);
         let of_kind = forces.iter().enumerate().filter(|(_, f)| of(f) == kind);
         let mut sum: Option<[Load; 2]> = None;
         for (number, force) in of_kind {
@@ -235,7 +235,7 @@ pub struct HarmonicLoad {
     /// Multiple k of the frequency of the response.
     pub harmonic: usize,
     /// Load in phase with the cosine, on the model of the harmonic
-    /// ([`of_harmonic`](ReducedModel::of_harmonic)).
+    /// ([`harmonic_model`](ReducedModel::harmonic_model)).
     pub cosine: Load,
     /// Load in phase with the sine.
     pub sine: Load,

@@ -52,13 +52,14 @@ impl<'a> Unforced<'a> {
     /// harmonic 1.
     pub(crate) fn stiffness(&self, harmonics: usize) -> HarmonicStiffness {
         let of = |k: usize| self.eliminated(k).coefficients();
-        self.system.of_harmonics(self.omega_rad_s, harmonics, of)
+        self.system
+            .harmonic_stiffness(self.omega_rad_s, harmonics, of)
     }
 
     /// Angular frequency and damping ratio at which the tracked mode vibrates without pairs, from those
     /// given: the equation of the mode, solved by Newton's method. `None` where it has no solution
     /// near by.
-    pub(crate) fn without_pairs(mut self) -> Option<Self> {
+    pub(crate) fn pairless(mut self) -> Option<Self> {
         for _ in 0..MOST_ITERATIONS {
             let left = self.equation(&[], 1.0);
             let [by_omega, by_ratio] = self.equation_slopes(&[], 1.0);
@@ -84,7 +85,8 @@ impl<'a> Unforced<'a> {
     pub(crate) fn stiffness_slopes(&self, harmonics: usize) -> [HarmonicStiffness; 2] {
         [0, 1].map(|unknown| {
             let of = |k: usize| self.eliminated(k).slopes(&self.slopes(k)[unknown], 1.0);
-            self.system.of_harmonics(self.omega_rad_s, harmonics, of)
+            self.system
+                .harmonic_stiffness(self.omega_rad_s, harmonics, of)
         })
     }
 
@@ -93,8 +95,8 @@ impl<'a> Unforced<'a> {
         if self.tracked.is_empty() {
             return vec![c64::ZERO; self.first_harmonic().unknowns()];
         }
-        let [_, z] = self.factors(1).of_mode(self.mode());
-        self.driven(z, self.eliminated(1).of_kept(), q)
+        let [_, z] = self.factors(1).mode_factors(self.mode());
+        self.driven(z, self.eliminated(1).kept_coupling(), q)
     }
 
     /// Derivatives of [`Unforced::drive`] with respect to the angular frequency and to the damping
@@ -104,22 +106,22 @@ impl<'a> Unforced<'a> {
             return [0, 1].map(|_| self.drive(q));
         }
         self.slopes(1).map(|slope| {
-            let of_dashpots = self.eliminated(1).of_kept_slopes(&slope);
-            let [_, dz] = slope.of_mode(self.mode());
+            let of_dashpots = self.eliminated(1).kept_coupling_slope(&slope);
+            let [_, dz] = slope.mode_factors(self.mode());
             self.driven(dz, of_dashpots, q)
         })
     }
 
     /// Left side of the equation of the tracked mode, `(s - z / w_m^2) - z p_m . X_1 / (w_m^2 q)`.
     pub(crate) fn equation(&self, x: &[c64], q: f64) -> c64 {
-        self.left_side(&self.factors(1), self.eliminated(1).of_kept(), x, q)
+        self.left_side(&self.factors(1), self.eliminated(1).kept_coupling(), x, q)
     }
 
     /// Derivatives of [`Unforced::equation`] with respect to the angular frequency and to the
     /// damping ratio.
     pub(crate) fn equation_slopes(&self, x: &[c64], q: f64) -> [c64; 2] {
         self.slopes(1).map(|slope| {
-            let of_dashpots = self.eliminated(1).of_kept_slopes(&slope);
+            let of_dashpots = self.eliminated(1).kept_coupling_slope(&slope);
             self.left_side(&slope, of_dashpots, x, q)
         })
     }
@@ -127,10 +129,10 @@ impl<'a> Unforced<'a> {
     /// Derivatives of [`Unforced::equation`] with respect to the complex amplitudes `X_1`.
     pub(crate) fn equation_row(&self, q: f64) -> Vec<c64> {
         let (of, scale) = (self.first_harmonic(), self.omega2() * q);
-        let [_, z] = self.factors(1).of_mode(self.mode());
+        let [_, z] = self.factors(1).mode_factors(self.mode());
         let coupling = of.model.coupling.col_as_slice(self.mode());
         let mut row: Vec<c64> = coupling.iter().map(|p| -z / scale * *p).collect();
-        if let Some(KeptCoupling { row: handed_on, .. }) = self.eliminated(1).of_kept() {
+        if let Some(KeptCoupling { row: handed_on, .. }) = self.eliminated(1).kept_coupling() {
             let handed_on = scaled(handed_on, -1.0 / scale);
             of.model.add_on_pairs(&handed_on, &mut row);
         }
@@ -141,12 +143,12 @@ impl<'a> Unforced<'a> {
     /// the tracked mode at harmonic 1 is `q`.
     pub(crate) fn modal_amplitudes(&self, k: usize, x: &[c64], q: f64) -> Vec<c64> {
         let eliminated = self.eliminated(k);
-        let [px, moved] = self.system.problem.reduced.of_harmonic(k).moved_by(x);
+        let [px, moved] = self.system.problem.reduced.harmonic_model(k).moved_by(x);
         let of_mode = |(m, px): (usize, &c64)| eliminated.carried(m, *px);
         let mut amplitudes: Vec<c64> = px.iter().enumerate().map(of_mode).collect();
         let no_load = vec![c64::ZERO; px.len()];
         let kept = c64::new(q, 0.0);
-        eliminated.hold([&px, &moved], (&no_load, kept), &mut amplitudes);
+        eliminated.subtract_dashpots([&px, &moved], (&no_load, kept), &mut amplitudes);
         if k == 1 {
             for (mode, share) in self.tracked {
                 amplitudes[*mode] = share * q;
@@ -157,7 +159,7 @@ impl<'a> Unforced<'a> {
 
     /// Model by which harmonic 1 moves.
     fn first_harmonic(&self) -> HarmonicModel<'a> {
-        self.system.problem.reduced.of_harmonic(1)
+        self.system.problem.reduced.harmonic_model(1)
     }
 
     /// Number of the stuck mode that is tracked, from 0.
@@ -168,7 +170,7 @@ impl<'a> Unforced<'a> {
     /// Equations of harmonic `k` without the stuck modes, except for the tracked ones in harmonic 1.
     fn eliminated(&self, k: usize) -> Elimination<'a> {
         let kept = if k == 1 { self.tracked } else { &[] };
-        let of = self.system.problem.reduced.of_harmonic(k);
+        let of = self.system.problem.reduced.harmonic_model(k);
         Elimination::new(of.model, self.factors(k), kept)
     }
 
@@ -197,7 +199,7 @@ impl<'a> Unforced<'a> {
         q: f64,
     ) -> c64 {
         let (w2, of) = (self.omega2(), self.first_harmonic());
-        let [s, z] = factors.of_mode(self.mode());
+        let [s, z] = factors.mode_factors(self.mode());
         let coupling = of.model.coupling.col_as_slice(self.mode());
         let widened = of.widened(x);
         let px: c64 = widened.iter().zip(coupling).map(|(x, p)| x * *p).sum();

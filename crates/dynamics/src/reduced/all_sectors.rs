@@ -54,7 +54,7 @@ impl<'a> AllSectors<'a> {
     ///
     /// # Errors
     /// The nodal diameter of a motion of the sectors for which the model has no copies.
-    pub(crate) fn of(sector: &'a ReducedModel) -> Result<Option<Self>, usize> {
+    pub(crate) fn new(sector: &'a ReducedModel) -> Result<Option<Self>, usize> {
         let excitation = sector.waves.excitation();
         let Some(excitation) = excitation.filter(|e| e.different_sectors() > 1) else {
             return Ok(None);
@@ -62,11 +62,11 @@ impl<'a> AllSectors<'a> {
         let count = excitation.different_sectors();
         let wave = |periods: usize| {
             if periods == 0 {
-                return Ok(WaveOfAll::in_phase(sector, count));
+                return Ok(WaveOfAll::synchronous(sector, count));
             }
             let diameter = periods * excitation.sectors / count;
             let model = sector.waves.copies().get(&diameter).ok_or(diameter)?;
-            Ok(WaveOfAll::of_copies(model, periods, count))
+            Ok(WaveOfAll::from_copies(model, periods, count))
         };
         let waves = (0..=count / 2)
             .map(wave)
@@ -98,8 +98,9 @@ impl<'a> AllSectors<'a> {
 
     /// Number of modes of all sectors that stand for a mode of the sector.
     pub(crate) fn modes_of(&self, mode: usize) -> usize {
-        let all = self.modes.iter();
-        all.filter(|(wave, own)| own / self.waves[*wave].of_each == mode)
+        let modes = self.modes.iter();
+        modes
+            .filter(|(wave, own)| own / self.waves[*wave].of_each == mode)
             .count()
     }
 
@@ -118,7 +119,7 @@ impl<'a> AllSectors<'a> {
                     Load::new(point.on_x.clone(), point.on_modes.clone())
                 });
                 ObservedPoint::new(point.name.clone(), weights.on_x, weights.on_modes)
-                    .of(point.quantity)
+                    .with_quantity(point.quantity)
             });
         let dampings = &self.sector.dashpots.damping_n_s_m;
         let dashpots = (0..self.count()).flat_map(|sector| {
@@ -137,7 +138,7 @@ impl<'a> AllSectors<'a> {
         });
         let (n, m) = (coupling.nrows(), coupling.ncols());
         ReducedModel {
-            static_load: self.of_harmonic(0, &self.sector.static_load),
+            static_load: self.expand_harmonic(0, &self.sector.static_load),
             observations: points.collect(),
             dashpots: Dashpots::new(n, m, &dashpots),
             ..ReducedModel::new(
@@ -151,14 +152,16 @@ impl<'a> AllSectors<'a> {
 
     /// Forces or amplitudes on all sectors and modes, from those on the model of harmonic `k`: its
     /// unknowns, and its modes.
-    pub(crate) fn of_harmonic(&self, k: usize, on_model: &Load) -> Load {
+    pub(crate) fn expand_harmonic(&self, k: usize, on_model: &Load) -> Load {
         let periods = self.excitation.wave(k).map_or(0, |wave| {
             wave.nodal_diameter * self.count() / self.excitation.sectors
         });
-        let own = &self.waves[periods];
+        let sector_wave = &self.waves[periods];
         let n = self.unknowns();
         let on_x = (0..self.count()).flat_map(|sector| {
-            let shares = own.shares(sector).map(|share| share / own.scale);
+            let shares = sector_wave
+                .shares(sector)
+                .map(|share| share / sector_wave.scale);
             let of_copies = on_model.on_x.chunks_exact(n);
             let mut on_x = vec![0.0; n];
             for (share, copy) in shares.iter().zip(of_copies) {
@@ -171,7 +174,7 @@ impl<'a> AllSectors<'a> {
             .modes
             .iter()
             .map(|(wave, mode)| match *wave == periods {
-                true => own.of_mode(*mode, &on_model.on_modes) / own.scale,
+                true => sector_wave.mode_amplitude(*mode, &on_model.on_modes) / sector_wave.scale,
                 false => 0.0,
             });
         Load::new(on_x.collect(), on_modes.collect())
@@ -218,7 +221,7 @@ impl<'a> AllSectors<'a> {
                         parts.map(|(m, share)| share * coupling[*m]).sum()
                     })
                     .collect();
-                wave.on_sectors(&of_copies, n, self.count())
+                wave.expand(&of_copies, n, self.count())
             })
             .collect();
         Mat::from_fn(n * self.count(), columns.len(), |i, j| columns[j][i])
@@ -232,13 +235,13 @@ impl<'a> AllSectors<'a> {
         for (i, wave) in self.waves.iter().enumerate() {
             let shares = wave.shares(sector).into_iter();
             for (copy, share) in shares.take(wave.copies).enumerate() {
-                let own = of(wave, copy);
+                let weights = of(wave, copy);
                 let on_modes = self.modes.iter().map(|(of, mode)| match *of == i {
-                    true => wave.of_mode(*mode, &own.on_modes),
+                    true => wave.mode_amplitude(*mode, &weights.on_modes),
                     false => 0.0,
                 });
-                let own = Load::new(wave.on_sectors(&own.on_x, n, count), on_modes.collect());
-                sum.add(share, &own);
+                let load = Load::new(wave.expand(&weights.on_x, n, count), on_modes.collect());
+                sum.add(share, &load);
             }
         }
         sum
@@ -246,7 +249,7 @@ impl<'a> AllSectors<'a> {
 }
 
 impl<'a> WaveOfAll<'a> {
-    fn in_phase(model: &'a ReducedModel, count: usize) -> Self {
+    fn synchronous(model: &'a ReducedModel, count: usize) -> Self {
         Self {
             angle: 0.0,
             model,
@@ -257,7 +260,7 @@ impl<'a> WaveOfAll<'a> {
         }
     }
 
-    fn of_copies(model: &'a ReducedModel, periods: usize, count: usize) -> Self {
+    fn from_copies(model: &'a ReducedModel, periods: usize, count: usize) -> Self {
         let against = 2 * periods == count;
         let modes = 0..model.omega2.len();
         Self {
@@ -269,7 +272,7 @@ impl<'a> WaveOfAll<'a> {
                 false => modes.map(|m| vec![(m, 1.0)]).collect(),
                 true => {
                     let twins = modes.step_by(2).filter(|m| m + 1 < model.omega2.len());
-                    twins.map(|m| on_one_copy(model, m)).collect()
+                    twins.map(|m| single_copy_combination(model, m)).collect()
                 }
             },
             of_each: 2 - usize::from(against),
@@ -289,13 +292,13 @@ impl<'a> WaveOfAll<'a> {
     }
 
     /// Weight or amplitude of a mode, from those of the modes of the model.
-    fn of_mode(&self, mode: usize, of_model: &[f64]) -> f64 {
+    fn mode_amplitude(&self, mode: usize, of_model: &[f64]) -> f64 {
         let parts = self.modes[mode].iter();
         parts.map(|(m, share)| share * of_model[*m]).sum()
     }
 
     /// Unknowns of all sectors, n each, from those of the copies, for columns of unit length.
-    fn on_sectors(&self, of_copies: &[f64], n: usize, count: usize) -> Vec<f64> {
+    fn expand(&self, of_copies: &[f64], n: usize, count: usize) -> Vec<f64> {
         let at = |sector: usize| {
             let shares = self.shares(sector);
             (0..n).map(move |i| {
@@ -309,7 +312,7 @@ impl<'a> WaveOfAll<'a> {
 
 /// Combination of a mode and its twin that moves the first copy alone, of a model whose copies do not
 /// depend on each other.
-fn on_one_copy(model: &ReducedModel, mode: usize) -> Vec<(usize, f64)> {
+fn single_copy_combination(model: &ReducedModel, mode: usize) -> Vec<(usize, f64)> {
     let both = [mode, mode + 1];
     let of_pairs = (0..model.stiffness.nrows() / 2).map(|i| both.map(|m| model.coupling[(i, m)]));
     let points = &model.observations[..model.observations.len() / 2];
@@ -319,8 +322,8 @@ fn on_one_copy(model: &ReducedModel, mode: usize) -> Vec<(usize, f64)> {
         (0..model.dashpots.damping_n_s_m.len() / 2).map(|j| both.map(|m| dashpots[(m, j)]));
     let size = |[a, b]: &[f64; 2]| a.hypot(*b);
     // All of the first copy depends on this combination alone.
-    let all = of_pairs.chain(of_points).chain(of_dashpots);
-    let largest = all.max_by(|a, b| size(a).total_cmp(&size(b)));
+    let candidates = of_pairs.chain(of_points).chain(of_dashpots);
+    let largest = candidates.max_by(|a, b| size(a).total_cmp(&size(b)));
     let [a, b] = largest.filter(|v| size(v) > 0.0).unwrap_or([1.0, 0.0]);
     let size = a.hypot(b);
     vec![(mode, a / size), (mode + 1, b / size)]
@@ -378,7 +381,7 @@ mod tests {
         let half = 0.5_f64.sqrt();
         for turned in [0.0, 0.3, 1.2, 2.0, std::f64::consts::FRAC_PI_2] {
             let sector = two_sectors(turned);
-            let all = AllSectors::of(&sector).unwrap().unwrap();
+            let all = AllSectors::new(&sector).unwrap().unwrap();
             assert_eq!((all.count(), all.modes_of(0)), (2, 2));
             let model = all.model();
             assert_eq!(model.omega2, [3.0, 4.0]);
@@ -402,7 +405,7 @@ mod tests {
             close(model.observations[0].on_x[0], 0.2);
             // Both copies follow harmonic 1 by (X, -i X), of which the first sector has X.
             let cosine = Load::new(vec![0.7, 0.4], vec![0.0; 2]);
-            let spread = all.of_harmonic(1, &cosine);
+            let spread = all.expand_harmonic(1, &cosine);
             close(spread.on_x[0], 0.7);
             close(spread.on_x[1], -0.7);
         }
@@ -416,12 +419,12 @@ mod tests {
             engine_order: 1,
         };
         sector.waves = Waves::new(excitation, BTreeMap::new());
-        assert_eq!(AllSectors::of(&sector).unwrap_err(), 1);
+        assert_eq!(AllSectors::new(&sector).unwrap_err(), 1);
         let in_phase = DiscExcitation {
             engine_order: 6,
             ..excitation
         };
         sector.waves = Waves::new(in_phase, BTreeMap::new());
-        assert!(AllSectors::of(&sector).unwrap().is_none());
+        assert!(AllSectors::new(&sector).unwrap().is_none());
     }
 }

@@ -59,7 +59,7 @@ impl Influence {
             let both = place(coefficient.mode).zip(place(coefficient.by_mode));
             let Some((m, n)) = both else { continue };
             let none = || Mat::<c64>::zeros(modes.len(), modes.len());
-            let wave = one_of_two(coefficient.nodal_diameter, sectors);
+            let wave = canonical_nodal_diameter(coefficient.nodal_diameter, sectors);
             let matrix = of_waves.entry(wave).or_insert_with(none);
             matrix[(m, n)] = c64::new(coefficient.real_n_m, coefficient.imaginary_n_m);
         }
@@ -68,14 +68,14 @@ impl Influence {
 
     /// Matrix of the wave of a nodal diameter, which is above 0 where it is half the number of sectors;
     /// `None` where it has no influence.
-    pub(crate) fn of_wave(&self, nodal_diameter: i64) -> Option<&Mat<c64>> {
+    pub(crate) fn wave_matrix(&self, nodal_diameter: i64) -> Option<&Mat<c64>> {
         self.of_waves.get(&nodal_diameter)
     }
 }
 
 /// Of the two numbers of the wave in which each sector moves against its neighbours, N / 2 and -N / 2,
 /// the first; any other number as it is.
-pub fn one_of_two(nodal_diameter: i64, sectors: usize) -> i64 {
+pub fn canonical_nodal_diameter(nodal_diameter: i64, sectors: usize) -> i64 {
     if 2 * nodal_diameter == -(sectors as i64) {
         return -nodal_diameter;
     }

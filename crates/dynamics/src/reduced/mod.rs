@@ -72,7 +72,7 @@ pub struct ReducedModel {
 }
 
 /// Writes a model with the two fields that it is kept without.
-pub(crate) fn whole<S: Serializer>(
+pub(crate) fn serialize_whole<S: Serializer>(
     model: &Arc<ReducedModel>,
     serializer: S,
 ) -> Result<S::Ok, S::Error> {
@@ -103,7 +103,7 @@ impl ReducedModel {
 
     /// Model of bodies that do not move while all pairs stick: no modes, otherwise like
     /// [`ReducedModel::new`].
-    pub fn of_pairs(stiffness: Mat<f64>, mass: Mat<f64>) -> Self {
+    pub fn from_pair_matrices(stiffness: Mat<f64>, mass: Mat<f64>) -> Self {
         let coupling = Mat::zeros(stiffness.nrows(), 0);
         Self::new(stiffness, mass, coupling, Vec::new())
     }
@@ -111,7 +111,7 @@ impl ReducedModel {
     /// The same model under this steady load. A negative normal force presses a pair together.
     #[must_use]
     pub fn static_load(mut self, load: impl Into<Load>) -> Self {
-        self.static_load = load.into().of_modes(self.omega2.len());
+        self.static_load = load.into().resized_to_modes(self.omega2.len());
         self
     }
 
@@ -119,7 +119,7 @@ impl ReducedModel {
     #[must_use]
     pub fn unit_load(mut self, load: impl Into<Load>) -> Self {
         self.unit_loads
-            .push(load.into().of_modes(self.omega2.len()));
+            .push(load.into().resized_to_modes(self.omega2.len()));
         self
     }
 
@@ -131,7 +131,7 @@ impl ReducedModel {
     ///
     /// // One pair: the displacements along its normal and along two tangents.
     /// let identity = Mat::identity(3, 3);
-    /// let model = ReducedModel::of_pairs(identity.clone(), identity)
+    /// let model = ReducedModel::from_pair_matrices(identity.clone(), identity)
     ///     .static_load([-1.0, 0.0, 0.0])
     ///     .unit_load([0.0, 1.0, 0.0])
     ///     .observe("mass", [0.0, 1.0, 0.0]);
@@ -139,7 +139,7 @@ impl ReducedModel {
     /// ```
     #[must_use]
     pub fn observe(mut self, name: impl Into<String>, weights: impl Into<Load>) -> Self {
-        let Load { on_x, on_modes } = weights.into().of_modes(self.omega2.len());
+        let Load { on_x, on_modes } = weights.into().resized_to_modes(self.omega2.len());
         self.observations
             .push(ObservedPoint::new(name, on_x, on_modes));
         self
@@ -188,8 +188,13 @@ impl ReducedModel {
     /// the other one of the pair stands for it, else the largest of all pairs, and 1 in a model without
     /// stiffness.
     pub fn diagonal_stiffness(&self) -> Vec<f64> {
-        let own = |i: usize| self.stiffness[(i, i)];
-        let both = |p: usize| [own(3 * p), 0.5 * (own(3 * p + 1) + own(3 * p + 2))];
+        let diagonal = |i: usize| self.stiffness[(i, i)];
+        let both = |p: usize| {
+            [
+                diagonal(3 * p),
+                0.5 * (diagonal(3 * p + 1) + diagonal(3 * p + 2)),
+            ]
+        };
         let largest = (0..self.pairs()).flat_map(both).fold(0.0, f64::max);
         let first = |of: [f64; 3]| of.into_iter().find(|k| *k > 0.0).unwrap_or(1.0);
         (0..self.pairs())
@@ -215,9 +220,9 @@ impl ReducedModel {
     /// the elastic forces is below the rounding of what one of its entries does alone. With the row of
     /// that entry as the last one, the last pivot of the Cholesky factor of K is as small.
     pub(crate) fn is_free(&self, motion: &[f64]) -> bool {
-        let own = motion.iter().enumerate();
-        let own = own.map(|(i, v)| self.stiffness[(i, i)] * v * v);
-        self.elastic_product(motion) < FREE * own.fold(0.0, f64::max)
+        let entries = motion.iter().enumerate();
+        let terms = entries.map(|(i, v)| self.stiffness[(i, i)] * v * v);
+        self.elastic_product(motion) < FREE * terms.fold(0.0, f64::max)
     }
 
     /// Product `w^T K w` of a motion of the pairs, n entries.
@@ -284,7 +289,7 @@ impl ReducedModel {
         dashpots.on_modes = dashpots.on_modes.subrows(0, count).to_owned();
         self.waves = self
             .waves
-            .with(|_, copies| copies.clone().with_modes(2 * modes));
+            .map_copies(|_, copies| copies.clone().with_modes(2 * modes));
         self
     }
 }
@@ -322,7 +327,7 @@ impl Load {
     }
 
     /// This load on so many modes, of which those that it does not have are not loaded.
-    fn of_modes(mut self, modes: usize) -> Self {
+    fn resized_to_modes(mut self, modes: usize) -> Self {
         self.on_modes.resize(modes, 0.0);
         self
     }
@@ -356,7 +361,7 @@ pub struct ObservedPoint {
     /// Name in the results.
     pub name: String,
     /// What is observed.
-    pub quantity: Quantity,
+    pub quantity: ObservedQuantity,
     /// Weights of the relative displacements, n; of a strain, over m.
     pub on_x: Vec<f64>,
     /// Weights of the modal amplitudes, m.
@@ -368,7 +373,7 @@ impl ObservedPoint {
     pub fn new(name: impl Into<String>, on_x: Vec<f64>, on_modes: Vec<f64>) -> Self {
         Self {
             name: name.into(),
-            quantity: Quantity::Displacement,
+            quantity: ObservedQuantity::Displacement,
             on_x,
             on_modes,
         }
@@ -382,7 +387,7 @@ impl ObservedPoint {
     }
 
     /// This point, whose weights give a quantity of this kind.
-    pub fn of(self, quantity: Quantity) -> Self {
+    pub fn with_quantity(self, quantity: ObservedQuantity) -> Self {
         Self { quantity, ..self }
     }
 }
@@ -451,8 +456,9 @@ impl Dashpots {
 
     /// Coefficients, N s/m, and weights as loads of all dashpots.
     pub fn loads(&self) -> Vec<(f64, Load)> {
-        let all = self.damping_n_s_m.iter().enumerate();
-        all.map(|(j, damping)| (*damping, self.weights(j)))
+        let terms = self.damping_n_s_m.iter().enumerate();
+        terms
+            .map(|(j, damping)| (*damping, self.weights(j)))
             .collect()
     }
 
@@ -487,7 +493,7 @@ pub enum SteadyCause {
 )]
 #[serde(rename_all = "snake_case")]
 #[strum(serialize_all = "snake_case")]
-pub enum Quantity {
+pub enum ObservedQuantity {
     /// Displacement along a direction, m.
     #[default]
     Displacement,
@@ -495,7 +501,7 @@ pub enum Quantity {
     Strain,
 }
 
-impl Quantity {
+impl ObservedQuantity {
     /// Unit in words.
     pub fn unit(self) -> &'static str {
         match self {

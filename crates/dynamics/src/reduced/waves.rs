@@ -108,10 +108,10 @@ impl DiscExcitation {
     /// Nodal diameters above 0 that the harmonics up to this one have, ascending.
     pub fn nodal_diameters(self, harmonics: usize) -> Vec<usize> {
         let waves = (1..=harmonics).filter_map(|k| self.wave(k));
-        let mut all: Vec<usize> = waves.map(|wave| wave.nodal_diameter).collect();
-        all.sort_unstable();
-        all.dedup();
-        all
+        let mut diameters: Vec<usize> = waves.map(|wave| wave.nodal_diameter).collect();
+        diameters.sort_unstable();
+        diameters.dedup();
+        diameters
     }
 }
 
@@ -160,7 +160,8 @@ impl Waves {
     /// Matrix of the aerodynamic influence in harmonic `k`; `None` where it has none.
     fn influence(&self, k: usize) -> Option<&Mat<c64>> {
         let excitation = self.excitation.filter(|_| k > 0)?;
-        self.influence.of_wave(excitation.signed_nodal_diameter(k))
+        self.influence
+            .wave_matrix(excitation.signed_nodal_diameter(k))
     }
 
     /// Model of both copies for each nodal diameter, without the waves.
@@ -174,7 +175,7 @@ impl Waves {
     }
 
     /// The same waves with other models of both copies.
-    pub(crate) fn with(&self, of: impl Fn(usize, &ReducedModel) -> ReducedModel) -> Self {
+    pub(crate) fn map_copies(&self, of: impl Fn(usize, &ReducedModel) -> ReducedModel) -> Self {
         let copies = self.copies.iter();
         Self {
             copies: copies.map(|(d, model)| (*d, of(*d, model))).collect(),
@@ -198,7 +199,7 @@ pub struct HarmonicModel<'a> {
 
 impl ReducedModel {
     /// Model by which harmonic `k` moves.
-    pub fn of_harmonic(&self, k: usize) -> HarmonicModel<'_> {
+    pub fn harmonic_model(&self, k: usize) -> HarmonicModel<'_> {
         let influence = self.waves.influence(k);
         match self.waves.wave(k) {
             Some((wave, model)) => HarmonicModel {
@@ -224,7 +225,7 @@ impl ReducedModel {
 impl<'a> HarmonicModel<'a> {
     /// Model of both copies of a sector, for the waves of a nodal diameter that run against the
     /// direction in which sectors are counted, without aerodynamic influence.
-    pub(crate) fn of_copies(model: &'a ReducedModel, nodal_diameter: usize) -> Self {
+    pub(crate) fn from_copies(model: &'a ReducedModel, nodal_diameter: usize) -> Self {
         let wave = Wave {
             nodal_diameter,
             sign: -1.0,
@@ -265,8 +266,8 @@ impl<'a> HarmonicModel<'a> {
 
     /// Observed displacements and strains, those of the first copy.
     pub fn observations(&self) -> &'a [ObservedPoint] {
-        let all = &self.model.observations;
-        &all[..all.len() / self.copies()]
+        let observations = &self.model.observations;
+        &observations[..observations.len() / self.copies()]
     }
 
     /// One unit of an excitation, by its number; `None` where there is no such one.
@@ -351,15 +352,15 @@ impl<'a> HarmonicModel<'a> {
     /// Modes of the model that move together where `mode` has the amplitude 1, with the amplitudes of
     /// all: the mode alone or, in a wave, both of its frequency.
     pub(crate) fn moving_together(&self, mode: usize) -> Vec<(usize, c64)> {
-        let own = (mode, c64::new(1.0, 0.0));
+        let first_mode = (mode, c64::new(1.0, 0.0));
         let Some(sign) = self.sign() else {
-            return vec![own];
+            return vec![first_mode];
         };
         // With the shape (a, b) of the mode on both copies, that of its twin is t (-b, a), t = 1 or -1.
         // Y = (X, sign i X) then has t sign i times the amplitude of the mode in its twin.
         let twin = mode ^ 1;
         if twin >= self.model.omega2.len() {
-            return vec![own];
+            return vec![first_mode];
         }
         let turned = |of: &dyn Fn(usize) -> [f64; 2]| -> f64 {
             let ([a, b], [first, second]) = (of(mode), of(twin));
@@ -372,7 +373,7 @@ impl<'a> HarmonicModel<'a> {
         let of_points = (0..points)
             .map(|p| turned(&|m| [p, p + points].map(|p| reduced.observations[p].on_modes[m])));
         let t = f64::signum(of_pairs.sum::<f64>() + of_points.sum::<f64>());
-        vec![own, (twin, c64::new(0.0, t * sign))]
+        vec![first_mode, (twin, c64::new(0.0, t * sign))]
     }
 
     /// Number of the mode of the sector that a mode of the model stands for: both copies have each.

@@ -2,11 +2,11 @@
 
 use std::path::Path;
 
-use super::solution::Solution;
+use super::solution::SolutionRow;
 use crate::ExportError;
 use crate::table::Columns;
 use dovetail_solver::results::modes::{ModeKind, NaturalFrequency};
-use dovetail_solver::run::{Crossing, CrossingPeak, Family, NodalDiameters, PeakAt};
+use dovetail_solver::run::{Crossing, CrossingPeak, ModeFamily, NodalDiameters, PeakAt};
 
 /// Name of the assembly in the tables, where other rows have the name of a body.
 pub const ASSEMBLY: &str = "assembly";
@@ -53,9 +53,9 @@ fn add_mode<'a, R: 'a>(table: &mut Columns<'a, R>, of: fn(&R) -> (ModeKind, Opti
 ///
 /// # Errors
 /// [`ExportError`] if the table cannot be written.
-pub fn write_campbell(path: &Path, families: &[Family]) -> Result<(), ExportError> {
+pub fn write_campbell(path: &Path, families: &[ModeFamily]) -> Result<(), ExportError> {
     struct Row<'a> {
-        family: &'a Family,
+        family: &'a ModeFamily,
         speed_rpm: f64,
         mode: usize,
         frequency_hz: Option<f64>,
@@ -117,15 +117,15 @@ pub fn write_crossings(
         peak: Option<&'a PeakAt>,
     }
     impl Row<'_> {
-        fn solution(&self) -> Option<Solution<'_>> {
-            Some(Solution::of(&self.peak?.orbit, 0))
+        fn solution(&self) -> Option<SolutionRow<'_>> {
+            Some(SolutionRow::new(&self.peak?.orbit, 0))
         }
     }
     let rows = rows.iter().map(|crossing| {
-        let own = peaks.iter().find(|peak| peak.crossing == *crossing);
+        let crossing_peak = peaks.iter().find(|peak| peak.crossing == *crossing);
         Row {
             crossing,
-            peak: own.and_then(|own| own.peak.as_ref().ok()),
+            peak: crossing_peak.and_then(|crossing_peak| crossing_peak.peak.as_ref().ok()),
         }
     });
     let rows: Vec<Row<'_>> = rows.collect();

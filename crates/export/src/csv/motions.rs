@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::solution::Solution;
+use super::solution::SolutionRow;
 use crate::ExportError;
 use crate::table::Columns;
 use dovetail_solver::dlft::Orbit;
@@ -32,7 +32,7 @@ pub struct PeakRow<'a> {
 
 impl<'a> PeakRow<'a> {
     /// Rows of peaks at a value of the second key.
-    pub fn of(also: Option<f64>, peaks: &'a Peaks) -> Vec<Self> {
+    pub fn rows(also: Option<f64>, peaks: &'a Peaks) -> Vec<Self> {
         let row = |peak| Self {
             also,
             observation: peaks.observation,
@@ -47,11 +47,11 @@ impl<'a> PeakRow<'a> {
         self.peak.amplitude_m(self.observation)
     }
 
-    fn solution(&self) -> Option<Solution<'_>> {
-        Some(Solution {
+    fn solution(&self) -> Option<SolutionRow<'_>> {
+        Some(SolutionRow {
             linear_m: self.peak.linear_m,
             pairs: Some(self.pairs),
-            ..Solution::of(&self.peak.orbit, self.observation)
+            ..SolutionRow::new(&self.peak.orbit, self.observation)
         })
     }
 }
@@ -100,7 +100,7 @@ pub struct CurveRow<'a> {
 
 impl<'a> CurveRow<'a> {
     /// Rows of a curve over a key: the motions of an observed displacement.
-    pub fn of(curve: &'a ValueCurve, pairs: &'a PairTable, observation: usize) -> Vec<Self> {
+    pub fn rows(curve: &'a ValueCurve, pairs: &'a PairTable, observation: usize) -> Vec<Self> {
         let response = &curve.response;
         let stable = stable(response);
         let row = |index: usize| {
@@ -127,12 +127,12 @@ impl<'a> CurveRow<'a> {
         self.orbit.observed_amplitude[self.observation]
     }
 
-    fn solution(&self) -> Option<Solution<'_>> {
-        Some(Solution {
+    fn solution(&self) -> Option<SolutionRow<'_>> {
+        Some(SolutionRow {
             has_motion: self.orbit.outcome.has_motion(),
             linear_m: self.linear_m,
             pairs: Some(self.pairs),
-            ..Solution::of(self.orbit, self.observation)
+            ..SolutionRow::new(self.orbit, self.observation)
         })
     }
 }
@@ -179,8 +179,8 @@ impl BackboneRow<'_> {
         Some(self.force_n? * self.point.excitation_scale?)
     }
 
-    fn solution(&self) -> Option<Solution<'_>> {
-        Some(Solution::of(&self.point.orbit, self.observation))
+    fn solution(&self) -> Option<SolutionRow<'_>> {
+        Some(SolutionRow::new(&self.point.orbit, self.observation))
     }
 }
 

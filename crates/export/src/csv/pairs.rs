@@ -7,7 +7,7 @@ use crate::flank::{check_pairs, check_static};
 use crate::table::Columns;
 use dovetail_solver::dlft::{PairStatus, Response, StaticState};
 use dovetail_solver::model::{Model, Observation};
-use dovetail_solver::reduced::Quantity;
+use dovetail_solver::reduced::ObservedQuantity;
 use dovetail_solver::results::pairs::PairTable;
 use dovetail_solver::results::quantities::{
     CycleFields, StaticFields, SweepFields, cycle_fields, peak, static_fields, sweep_fields,
@@ -32,7 +32,7 @@ pub fn write_static(
     let number =
         |cell: fn(&StaticFields, usize) -> f64| move |i: &usize| valid.then(|| cell(fields, *i));
     let pressure = number(|f, i| f.pressure_pa[i]);
-    let mut table = of_pairs(pairs);
+    let mut table = pair_columns(pairs);
     table.add("normal_force_n", number(|f, i| f.normal_force_n[i]));
     table.add("pressure_pa", move |i| {
         pressure(i).filter(|_| pairs.rows[*i].area_m2.is_some())
@@ -77,8 +77,8 @@ pub fn write_static_observations(
             Some(*value).filter(|_| observation.quantity == wanted)
         }
     };
-    table.add("displacement_m", of(Quantity::Displacement));
-    table.add("strain", of(Quantity::Strain));
+    table.add("displacement_m", of(ObservedQuantity::Displacement));
+    table.add("strain", of(ObservedQuantity::Strain));
     let rows = model.observations.iter().map(|observation| {
         let terms = observation.terms.iter().map(|&(at, direction)| {
             let u = displacements_m[at.body][at.node as usize];
@@ -107,7 +107,7 @@ pub fn write_contact(
     let fields = at_peak.map(|orbit| cycle_fields(orbit, &pairs.rows));
     let fields = fields.as_ref();
     let swept = &sweep_fields(response, count);
-    let mut table = of_pairs(pairs);
+    let mut table = pair_columns(pairs);
     table.add("peak_frequency_hz", move |_| {
         at_peak.map(|o| o.frequency_hz)
     });
@@ -153,7 +153,7 @@ pub(super) fn numbers(count: usize) -> Vec<usize> {
 }
 
 /// The columns that name and place a pair, by its number.
-pub(super) fn of_pairs(pairs: &PairTable) -> Columns<'_, usize> {
+pub(super) fn pair_columns(pairs: &PairTable) -> Columns<'_, usize> {
     let mut table: Columns<'_, usize> = Columns::default();
     table.add("pair", |i| *i);
     table.add("contact", |i| {

@@ -2,13 +2,13 @@
 
 use std::path::Path;
 
-use super::solution::Solution;
+use super::solution::SolutionRow;
 use crate::ExportError;
 use crate::table::Columns;
 use dovetail_solver::description::EngineOrder;
 use dovetail_solver::dlft::branch::stable;
 use dovetail_solver::dlft::{Orbit, Outcome, Response};
-use dovetail_solver::integration::compare::{Comparison, Figures};
+use dovetail_solver::integration::compare::{Comparison, PeriodFigures};
 use dovetail_solver::results::quantities::{linear_amplitude, phasors};
 use dovetail_solver::run::{Observed, TractionPeak, TractionRange};
 
@@ -34,7 +34,7 @@ pub fn write_response(
     let harmonics = response.orbits.iter().map(|o| o.harmonics);
     let harmonics = harmonics.max().unwrap_or(0);
     let stable = response.is_followed().then(|| stable(response));
-    let mut table: Columns<'_, Row<'_>> = Columns::default();
+    let mut table: Columns<'_, ResponseRow<'_>> = Columns::default();
     table.add("point", |(_, o)| o.point);
     table.add("branch", |(row, _)| response.branch_of(*row) + 1);
     table.add("stable", |(row, o)| {
@@ -50,7 +50,7 @@ pub fn write_response(
         let suffix = quantity.suffix();
         table.add(
             format!("{name}_amplitude_{suffix}"),
-            of_motion(move |o| o.observed_amplitude.get(i).copied()),
+            motion_cell(move |o| o.observed_amplitude.get(i).copied()),
         );
         table.add(
             format!("{name}_linear_amplitude_{suffix}"),
@@ -64,11 +64,11 @@ pub fn write_response(
             let name = format!("{name}_h{}", k + 1);
             table.add(
                 format!("{name}_amplitude_{suffix}"),
-                of_motion(move |o| Some(phasor(o)?.amplitude)),
+                motion_cell(move |o| Some(phasor(o)?.amplitude)),
             );
             table.add(
                 format!("{name}_phase_rad"),
-                of_motion(move |o| Some(phasor(o)?.phase_rad)),
+                motion_cell(move |o| Some(phasor(o)?.phase_rad)),
             );
         }
     }
@@ -79,29 +79,29 @@ pub fn write_response(
          viscous_power_w input_power_w retention_n newton_iterations krylov_iterations \
          residual harmonics",
     );
-    table.add("estimated_error", of_motion(|o| o.estimated_error));
+    table.add("estimated_error", motion_cell(|o| o.estimated_error));
     for (i, Observed { name, .. }) in observed.iter().enumerate() {
         table.add(
             format!("{name}_estimated_error"),
-            of_motion(move |o| o.observed_error.get(i).copied()),
+            motion_cell(move |o| o.observed_error.get(i).copied()),
         );
     }
-    let rows: Vec<Row<'_>> = response.orbits.iter().enumerate().collect();
+    let rows: Vec<ResponseRow<'_>> = response.orbits.iter().enumerate().collect();
     table.write(path, &rows)
 }
 
 /// Row of response.csv: its number from 0, and its motion.
-type Row<'a> = (usize, &'a Orbit);
+type ResponseRow<'a> = (usize, &'a Orbit);
 
-fn solution<'a>((_, orbit): &'a Row<'_>) -> Option<Solution<'a>> {
-    Some(Solution {
+fn solution<'a>((_, orbit): &'a ResponseRow<'_>) -> Option<SolutionRow<'a>> {
+    Some(SolutionRow {
         has_motion: orbit.outcome.has_motion(),
-        ..Solution::of(orbit, 0)
+        ..SolutionRow::new(orbit, 0)
     })
 }
 
 /// A cell that is empty unless a motion was found.
-fn of_motion<T>(cell: impl Fn(&Orbit) -> Option<T>) -> impl Fn(&Row<'_>) -> Option<T> {
+fn motion_cell<T>(cell: impl Fn(&Orbit) -> Option<T>) -> impl Fn(&ResponseRow<'_>) -> Option<T> {
     move |(_, orbit)| cell(orbit).filter(|_| orbit.outcome.has_motion())
 }
 
@@ -165,7 +165,7 @@ pub fn write_verification(path: &Path, comparisons: &[Comparison]) -> Result<(),
     ];
     struct Row<'a> {
         of: &'a Comparison,
-        figures: &'a Figures,
+        figures: &'a PeriodFigures,
         integrated: bool,
     }
     let rows = comparisons.iter().flat_map(|of| {

@@ -7,7 +7,7 @@ use dovetail_solver::results::quantities::{loss_factor, modal_mass_kg};
 
 /// Solution in a row of a table.
 #[derive(Clone, Copy)]
-pub(super) struct Solution<'a> {
+pub(super) struct SolutionRow<'a> {
     pub(super) orbit: &'a Orbit,
     /// False if the solution has its outcome, and no numbers of a motion.
     pub(super) has_motion: bool,
@@ -19,9 +19,9 @@ pub(super) struct Solution<'a> {
     pub(super) pairs: Option<&'a PairTable>,
 }
 
-impl<'a> Solution<'a> {
+impl<'a> SolutionRow<'a> {
     /// Solution with a motion.
-    pub(super) fn of(orbit: &'a Orbit, observation: usize) -> Self {
+    pub(super) fn new(orbit: &'a Orbit, observation: usize) -> Self {
         Self {
             orbit,
             has_motion: true,
@@ -87,7 +87,7 @@ impl<'a, R> Columns<'a, R> {
     pub(super) fn add_solution(
         &mut self,
         prefix: &str,
-        of: impl Fn(&R) -> Option<Solution<'_>> + Copy + 'a,
+        of: impl Fn(&R) -> Option<SolutionRow<'_>> + Copy + 'a,
         headings: &'static str,
     ) {
         for heading in headings.split_whitespace() {

@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use super::pairs::{numbers, of_pairs};
-use super::solution::Solution;
+use super::pairs::{numbers, pair_columns};
+use super::solution::SolutionRow;
 use crate::ExportError;
 use crate::table::Columns;
 use dovetail_solver::results::pairs::PairTable;
@@ -36,7 +36,7 @@ pub fn write_wear(path: &Path, course: &WearCourse<'_>) -> Result<(), ExportErro
         };
         table.add_solution(
             &prefix,
-            move |block| Some(Solution::of(&block.motions[part], course.observation)),
+            move |block| Some(SolutionRow::new(&block.motions[part], course.observation)),
             "frequency_hz amplitude_m outcome slipping_pairs opening_pairs largest_slid_m \
              estimated_error",
         );
@@ -57,7 +57,7 @@ pub fn write_wear_pairs(
     area_m2: &[f64],
     block: &WearBlock,
 ) -> Result<(), ExportError> {
-    let mut table = of_pairs(pairs);
+    let mut table = pair_columns(pairs);
     table.add("worn_depth_m", |i| block.depth_m[*i]);
     table.add("depth_per_cycle_m", |i| block.rate_m[*i]);
     table.add("static_pressure_pa", |i| block.at_rest_n[*i] / area_m2[*i]);

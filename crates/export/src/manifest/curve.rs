@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use dovetail_solver::dlft::branch::folds;
-use dovetail_solver::run::Curve;
+use dovetail_solver::run::ParameterCurve;
 
 /// Figures of the motions at one frequency over a key.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -49,7 +49,7 @@ pub struct SeveralSummary {
 }
 
 /// Figures of a curve over a key.
-pub fn curve_summary(key: &str, frequency_hz: f64, found: &Curve) -> CurveSummary {
+pub fn curve_summary(key: &str, frequency_hz: f64, found: &ParameterCurve) -> CurveSummary {
     let (curve, response) = (&found.curve, &found.curve.response);
     let fold = |at: usize| ValueFoldSummary {
         value: curve.values[at],

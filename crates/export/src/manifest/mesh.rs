@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize, Serializer};
 use crate::unrolled::Orientation;
 use dovetail_solver::fem::mass_properties::MassProperties;
 use dovetail_solver::model::{BodyNode, FlankMatch, Model, Observation, StraightenedEdges};
-use dovetail_solver::reduced::Quantity;
+use dovetail_solver::reduced::ObservedQuantity;
 use dovetail_solver::run::Observed;
 
 /// Origin of a mesh.
@@ -93,7 +93,7 @@ pub struct ObservationSummary {
     pub name: String,
     /// Observed quantity: a displacement or a strain.
     #[serde(default)]
-    pub quantity: Quantity,
+    pub quantity: ObservedQuantity,
     /// Nodes and directions that the sum is over.
     pub terms: Vec<ObservationTerm>,
 }
@@ -131,7 +131,7 @@ pub fn mesh_summary(
         })
         .collect();
     let types = model.element_types();
-    let flanks = Orientation::of_flanks(model).map(|(pair, orientation)| FlankView {
+    let flanks = Orientation::flank_orientations(model).map(|(pair, orientation)| FlankView {
         contact: pair.contact,
         name: model.contact_names[pair.contact].clone(),
         bodies: pair.bodies(),

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::finite;
-use crate::words::{error_words, figure, quantity_beside, supported_digits};
+use crate::words::{error_words, figure, quantity_in_prefix, supported_digits};
 use dovetail_solver::description::EngineOrder;
 use dovetail_solver::dlft::{CycleCounts, Response};
 use dovetail_solver::results::pairs::PairTable;
@@ -74,7 +74,7 @@ pub struct ObservedPeak {
 
 impl ObservedPeak {
     /// Peak of observation `i` of a response. `along` is the engine order of a run-up.
-    pub(super) fn of(
+    pub(super) fn new(
         response: &Response,
         i: usize,
         pairs: &PairTable,
@@ -168,7 +168,7 @@ impl ObservedPeak {
     /// Amplitude in words: `6.4 mm`; `None` if nothing converged.
     pub fn amplitude_words(&self, unit: &str) -> Option<String> {
         let [amplitude, _] = self.place()?;
-        Some(quantity_beside(
+        Some(quantity_in_prefix(
             amplitude,
             self.larger(),
             unit,
@@ -180,7 +180,7 @@ impl ObservedPeak {
     /// [`ObservedPeak::linear`].
     pub fn linear_words(&self, unit: &str) -> Option<String> {
         let [amplitude, _] = self.linear()?;
-        Some(quantity_beside(
+        Some(quantity_in_prefix(
             amplitude,
             self.larger(),
             unit,

@@ -10,8 +10,8 @@ use dovetail_solver::dlft::{Orbit, Outcome, Response, SecondMotion};
 use dovetail_solver::results::fretting::Fretting;
 use dovetail_solver::results::pairs::PairTable;
 use dovetail_solver::results::quantities::{
-    LocalPeak, energy_balance_error, largest_estimated_error, local_peaks, sweep_fields,
-    with_motion,
+    LocalPeak, energy_balance_error, largest_estimated_error, local_peaks, moving_orbits,
+    sweep_fields,
 };
 use dovetail_solver::run::{Observed, TractionPeak, TractionRange};
 
@@ -78,8 +78,8 @@ impl ResponseSummary {
         observed: &'a [Observed],
     ) -> impl Iterator<Item = (&'a Observed, &'a ObservedPeak)> {
         let peaks = std::iter::once(&self.first).chain(&self.other_observations);
-        let all = observed.iter().zip(peaks);
-        all.filter(|(_, peak)| peak.peak_amplitude_m.is_some())
+        let pairs = observed.iter().zip(peaks);
+        pairs.filter(|(_, peak)| peak.peak_amplitude_m.is_some())
     }
 }
 
@@ -182,7 +182,7 @@ pub fn response_summary(
     let linear = response.linear_curve.iter();
     let observed = of_motions.chain(linear.map(|point| point.observed_amplitude.len()));
     let mut peaks =
-        (0..observed.max().unwrap_or(0)).map(|i| ObservedPeak::of(response, i, pairs, along));
+        (0..observed.max().unwrap_or(0)).map(|i| ObservedPeak::new(response, i, pairs, along));
     let separates = sweep_fields(response, pairs.rows.len()).separates;
     let unconverged = response
         .orbits
@@ -236,7 +236,7 @@ pub fn response_summary(
         peak_fretting: None,
         pairs_that_open: separates.iter().filter(|separates| **separates).count(),
         area_share_that_opens: opening_share(pairs, &separates),
-        worst_energy_balance_error: with_motion(response)
+        worst_energy_balance_error: moving_orbits(response)
             .filter_map(energy_balance_error)
             .reduce(f64::max),
         slip_threshold_m: finite(response.slip_threshold_m),

@@ -63,8 +63,8 @@ pub fn static_summary(pairs: &PairTable, state: &StaticState) -> StaticSummary {
             rows.filter(move |(_, p)| p.contact == c)
         };
         let area_m2: Option<f64> = of_contact().map(|(_, p)| p.area_m2).sum();
-        let own = of_contact().map(|(i, _)| fields.status[i]);
-        let counts = valid.then(|| own.collect::<StaticCounts>());
+        let statuses = of_contact().map(|(i, _)| fields.status[i]);
+        let counts = valid.then(|| statuses.collect::<StaticCounts>());
         let force = valid.then(|| of_contact().map(|(i, _)| fields.normal_force_n[i]).sum());
         let friction = || {
             let mut total = [0.0; 3];

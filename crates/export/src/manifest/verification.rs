@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::finite;
-use dovetail_solver::integration::compare::{Comparison, Figures};
+use dovetail_solver::integration::compare::{Comparison, PeriodFigures};
 
 /// Comparison of harmonic balance with time integration.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -58,7 +58,7 @@ pub fn verification_summary(
     steps_per_period: usize,
     tolerance: f64,
 ) -> VerificationSummary {
-    let figures = |f: &Figures| VerifiedFigures {
+    let figures = |f: &PeriodFigures| VerifiedFigures {
         amplitude_m: f.amplitude_m.and_then(finite),
         first_harmonic_m: f.first_harmonic_m.and_then(finite),
         contact_work_j: finite(f.contact_work_j),

@@ -1,6 +1,6 @@
 //! Axes of charts, linear or logarithmic, with their marks.
 
-use crate::words::{in_unit, short, ticks, with_unit};
+use crate::words::{append_unit, prefixed_unit, short, ticks};
 
 /// Number of round marks that a linear axis has, about.
 const MARKS: usize = 10;
@@ -25,7 +25,7 @@ pub enum Scale {
 
 impl Scale {
     /// Scale that shows these values well: logarithmic for values above 0 over a decade or more.
-    pub fn of(values: impl Iterator<Item = f64>) -> Self {
+    pub fn fitting(values: impl Iterator<Item = f64>) -> Self {
         let [least, largest] = ends(values);
         if least > 0.0 && largest >= WIDE * least {
             Self::Logarithmic
@@ -108,7 +108,7 @@ impl Axis {
             Scale::Linear => [low, high],
             Scale::Logarithmic => [low, high].map(|v| 10f64.powf(v)),
         };
-        let (unit, factor) = in_unit(self.unit, ends[0].abs().max(ends[1].abs()));
+        let (unit, factor) = prefixed_unit(self.unit, ends[0].abs().max(ends[1].abs()));
         let round = || -> Vec<(f64, String)> {
             let ends = ends.map(|v| factor * v);
             let ticks = match self.scale {
@@ -126,7 +126,7 @@ impl Axis {
             self.marks.clone()
         };
         let mut axis = DrawnAxis {
-            title: with_unit(&self.title, &unit),
+            title: append_unit(&self.title, &unit),
             scale: self.scale,
             low,
             high,
@@ -202,7 +202,7 @@ mod tests {
 
     #[test]
     fn an_axis_over_a_decade_is_logarithmic() {
-        let of = |values: &[f64]| Scale::of(values.iter().copied());
+        let of = |values: &[f64]| Scale::fitting(values.iter().copied());
         assert_eq!(of(&[0.5, 0.05]), Scale::Logarithmic);
         for values in [&[0.5, 0.06][..], &[0.0, 1.0], &[-1.0, 1.0], &[]] {
             assert_eq!(of(values), Scale::Linear, "{values:?}");

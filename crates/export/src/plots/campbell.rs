@@ -6,9 +6,9 @@ use super::canvas::{Canvas, MIDDLE, Paint, Place, RIGHT, Stroke, WHITE};
 use super::chart::{Chart, SIZE};
 use super::legend::{Legend, Mark};
 use super::names::Taken;
-use super::{Axis, Heading, TEXT, width_of, write_svg};
+use super::{Axis, PictureHeading, TEXT, width_of, write_svg};
 use crate::ExportError;
-use crate::colours::{Colour, INK, of_series};
+use crate::colours::{Colour, INK, series_colour};
 
 /// Height of a line of names of modes and of engine orders.
 const NAME: f64 = TEXT - 7.0;
@@ -58,7 +58,7 @@ pub struct Operation {
 /// [`ExportError`] if the picture cannot be drawn or written.
 pub fn write_campbell(
     path: &Path,
-    heading: Heading<'_>,
+    heading: PictureHeading<'_>,
     families: &[CampbellFamily],
     orders: &EngineOrders,
     operation: &Operation,
@@ -70,14 +70,14 @@ pub fn write_campbell(
 
 fn draw(
     canvas: &Canvas,
-    heading: Heading<'_>,
+    heading: PictureHeading<'_>,
     families: &[CampbellFamily],
     orders: &EngineOrders,
     operation: &Operation,
 ) {
     let stroke = |i: usize| Stroke {
         dashed: families[i].dashed,
-        ..Stroke::plain(of_series(i, families.len()), 3.0)
+        ..Stroke::plain(series_colour(i, families.len()), 3.0)
     };
     let mut legend = Legend::default();
     for (i, family) in families.iter().enumerate() {
@@ -93,13 +93,13 @@ fn draw(
     let mut chart = Chart::new(canvas, heading, &legend, axes);
     let at = |point: (f64, f64)| chart.at(point).unwrap_or_default();
     let orders = engine_orders(orders, above_zero(fastest), ends[1], at);
-    for EngineOrder { end, .. } in &orders {
+    for EngineOrderLine { end, .. } in &orders {
         let line = [at((0.0, 0.0)), at(*end)];
         canvas.line(&line, Stroke::plain(ORDERS, 1.0));
     }
     // Of the names that stand before those of peaks.
     let mut boxes = Vec::new();
-    for EngineOrder { name, bounds, .. } in orders {
+    for EngineOrderLine { name, bounds, .. } in orders {
         let [left, right, above, below] = bounds;
         boxes.push(bounds);
         let middle = ((left + right) / 2.0, (above + below) / 2.0);
@@ -185,7 +185,7 @@ fn at_operation(
 
 /// Line of an engine order.
 #[derive(Debug, PartialEq)]
-struct EngineOrder {
+struct EngineOrderLine {
     name: String,
     /// End of the line (rpm, Hz): at the fastest speed, or where it leaves the diagram.
     end: (f64, f64),
@@ -206,7 +206,7 @@ fn engine_orders(
     fastest_rpm: f64,
     top_hz: f64,
     place: impl Fn((f64, f64)) -> Place,
-) -> Vec<EngineOrder> {
+) -> Vec<EngineOrderLine> {
     let mut taken = Taken::default();
     let must = orders.all_of.iter().map(|order| (order, true));
     let may = orders.with_room.iter().map(|order| (order, false));
@@ -230,7 +230,7 @@ fn engine_orders(
         let clear = taken.first_clear(std::iter::once(at_end).chain(on_line));
         // Among very many names one more lies over another.
         let bounds = clear.or(must.then_some(at_end))?;
-        Some(EngineOrder { name, end, bounds })
+        Some(EngineOrderLine { name, end, bounds })
     };
     must.chain(may).filter_map(&mut line).collect()
 }
@@ -255,7 +255,7 @@ mod tests {
             all_of: all_of.to_vec(),
             ..usual()
         };
-        let named = |orders: &[EngineOrder]| -> Vec<String> {
+        let named = |orders: &[EngineOrderLine]| -> Vec<String> {
             orders.iter().map(|order| order.name.clone()).collect()
         };
         let without = engine_orders(&usual(), 1e5, 500.0, place);
@@ -292,7 +292,7 @@ mod tests {
     fn svg(families: &[CampbellFamily]) -> String {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("campbell.svg");
-        let heading = Heading {
+        let heading = PictureHeading {
             title: "t",
             conditions: "",
         };
@@ -318,7 +318,7 @@ mod tests {
         };
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("campbell.svg");
-        let heading = Heading {
+        let heading = PictureHeading {
             title: "t",
             conditions: "friction 0.3",
         };

@@ -6,7 +6,7 @@ use super::axis::DrawnAxis;
 use super::canvas::{Across, CENTRE, Canvas, LEFT, Letters, Paint, Place, Stroke, WHITE};
 use super::legend::Legend;
 use super::names::Taken;
-use super::{GRID, Heading, SMALL, Side, draw_marks, draw_titles, width_of};
+use super::{GRID, PictureHeading, SMALL, Side, draw_marks, draw_titles, width_of};
 use crate::colours::{Colour, INK};
 
 /// Width and height of a picture with a chart.
@@ -27,7 +27,7 @@ pub(super) struct Chart<'a> {
 impl<'a> Chart<'a> {
     pub fn new(
         canvas: &'a Canvas,
-        heading: Heading<'_>,
+        heading: PictureHeading<'_>,
         legend: &Legend,
         axes: [DrawnAxis; 2],
     ) -> Self {

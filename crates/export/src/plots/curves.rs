@@ -5,7 +5,7 @@ use std::path::Path;
 use super::canvas::{LEFT, MIDDLE, Paint, Place, RIGHT, Stroke, WHITE};
 use super::chart::{Chart, SIZE};
 use super::legend::{Legend, Mark};
-use super::{Axis, Heading, Scale, TEXT, ends, width_of, write_svg};
+use super::{Axis, PictureHeading, Scale, TEXT, ends, width_of, write_svg};
 use crate::ExportError;
 use crate::colours::{Colour, CurveKind};
 use crate::curves::{Curve, Curves, PeakMark, Point};
@@ -27,7 +27,7 @@ const DEGREES: &str = "°";
 /// [`ExportError`] if the picture cannot be drawn or written.
 pub fn write_curves(
     path: &Path,
-    heading: Heading<'_>,
+    heading: PictureHeading<'_>,
     scale: Scale,
     curves: &Curves,
 ) -> Result<(), ExportError> {
@@ -140,9 +140,9 @@ fn legend(curves: &Curves, highest: f64) -> Legend {
             let words = format!("{label}: accuracy not reached at {}", points(inaccurate));
             legend.add(Mark::Ring(curve.colour()), words);
         }
-        let lost = Point::lost(&curve.points).count();
-        if lost > 0 {
-            let words = format!("{label}: {} did not converge", points(lost));
+        let unconverged_points = Point::unconverged_points(&curve.points).count();
+        if unconverged_points > 0 {
+            let words = format!("{label}: {} did not converge", points(unconverged_points));
             legend.add(Mark::Cross(curve.colour()), words);
         }
     }
@@ -173,7 +173,7 @@ fn draw(mut chart: Chart, curves: &Curves, range: [f64; 2]) {
     for (curve, point) in curves
         .curves
         .iter()
-        .flat_map(|c| Point::lost(&c.points).map(move |p| (c, p)))
+        .flat_map(|c| Point::unconverged_points(&c.points).map(move |p| (c, p)))
     {
         if let Some(at) = chart.at((curves.place(point.frequency_hz), bottom)) {
             chart.canvas.cross(at, curve.colour());

@@ -3,9 +3,9 @@
 use std::path::Path;
 
 use super::canvas::{self, CENTRE, Canvas, Letters, MIDDLE, Paint, Stroke, WHITE};
-use super::{Bar, Heading, SMALL, Side, TEXT, draw_bar, draw_marks, draw_titles, write_svg};
+use super::{Bar, PictureHeading, SMALL, Side, TEXT, draw_bar, draw_marks, draw_titles, write_svg};
 use crate::ExportError;
-use crate::colours::{Colour, INK, NOTHING, OPENS, of_value};
+use crate::colours::{Colour, INK, NOTHING, OPENS, value_colour};
 use crate::fields::{Field, Separation};
 use crate::flank::check_pairs;
 use crate::unrolled::{Panel, Patch, panels};
@@ -31,7 +31,7 @@ const ASIDE: f64 = WIDTH - RIGHT + 50.0;
 ///
 /// # Errors
 /// [`ExportError`] if the picture cannot be drawn or written.
-pub fn write_no_field(path: &Path, heading: Heading<'_>) -> Result<(), ExportError> {
+pub fn write_no_field(path: &Path, heading: PictureHeading<'_>) -> Result<(), ExportError> {
     write_svg(path, (WIDTH, HEADING), |canvas| heading.draw(canvas))
 }
 
@@ -43,7 +43,7 @@ pub fn write_no_field(path: &Path, heading: Heading<'_>) -> Result<(), ExportErr
 pub fn write_field_map(
     path: &Path,
     model: &Model,
-    heading: Heading<'_>,
+    heading: PictureHeading<'_>,
     field: &Field,
 ) -> Result<(), ExportError> {
     check_pairs(path, field.title, field.values.len(), model.pairs.len())?;
@@ -52,7 +52,7 @@ pub fn write_field_map(
         return Err(ExportError::NotFinite { path, field, index });
     }
     let [low, high] = field.range();
-    let colour = |pair: usize| of_value((field.values[pair] - low) / (high - low));
+    let colour = |pair: usize| value_colour((field.values[pair] - low) / (high - low));
     let layout = Layout::of(model);
     write_svg(path, layout.size(), |canvas| {
         heading.draw(canvas);
@@ -84,7 +84,7 @@ pub fn write_separation_map(
         (false, NOTHING, "never opens"),
     ];
     write_svg(path, layout.size(), |canvas| {
-        Heading { title, conditions }.draw(canvas);
+        PictureHeading { title, conditions }.draw(canvas);
         let colour = |pair: usize| if opens[pair] { kinds[0].1 } else { kinds[1].1 };
         layout.draw(canvas, colour, Some(WHITE));
         for (row, (kind, colour, words)) in kinds.into_iter().enumerate() {

@@ -7,9 +7,9 @@ use super::axis::Axis;
 use super::canvas::{Canvas, Stroke};
 use super::chart::{Chart, SIZE};
 use super::legend::{Legend, Mark};
-use super::{Heading, SMALL, svg_of, write_svg};
+use super::{PictureHeading, SMALL, svg_of, write_svg};
 use crate::ExportError;
-use crate::colours::{Colour, NOTHING, of_series};
+use crate::colours::{Colour, NOTHING, series_colour};
 use dovetail_solver::model::Model;
 use dovetail_solver::results::stress::StressCycle;
 use dovetail_solver::run::PeakStress;
@@ -32,7 +32,7 @@ pub struct Haigh {
 
 impl Haigh {
     /// Diagram of the stress at a peak.
-    pub fn of(model: &Model, stress: &PeakStress) -> Self {
+    pub fn new(model: &Model, stress: &PeakStress) -> Self {
         let point = |cycle: &StressCycle| [cycle.mean_pa, cycle.amplitude_pa];
         let bodies = stress.bodies.iter().zip(&stress.singular);
         let nodes = bodies.flat_map(|(body, singular)| body.cycles.iter().zip(singular));
@@ -59,18 +59,22 @@ impl Haigh {
 ///
 /// # Errors
 /// [`ExportError`] if the picture cannot be drawn or written.
-pub fn write_haigh(path: &Path, heading: Heading<'_>, haigh: &Haigh) -> Result<(), ExportError> {
+pub fn write_haigh(
+    path: &Path,
+    heading: PictureHeading<'_>,
+    haigh: &Haigh,
+) -> Result<(), ExportError> {
     write_svg(path, SIZE, |canvas| draw(canvas, heading, haigh))
 }
 
 /// Draws the diagram as an SVG.
-pub(crate) fn haigh_svg(heading: Heading<'_>, haigh: &Haigh) -> String {
+pub(crate) fn haigh_svg(heading: PictureHeading<'_>, haigh: &Haigh) -> String {
     svg_of(SIZE, |canvas| draw(canvas, heading, haigh))
 }
 
-fn draw(canvas: &Canvas, heading: Heading<'_>, haigh: &Haigh) {
+fn draw(canvas: &Canvas, heading: PictureHeading<'_>, haigh: &Haigh) {
     let strengths = haigh.strengths_pa.len();
-    let stroke = |i: usize| Stroke::plain(of_series(i, strengths), 3.0);
+    let stroke = |i: usize| Stroke::plain(series_colour(i, strengths), 3.0);
     let mut legend = Legend::default();
     legend.add(Mark::Dot(NODES), "nodes");
     legend.add(Mark::Dot(PLACES), "the highest places");

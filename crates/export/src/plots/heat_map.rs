@@ -4,11 +4,12 @@ use std::path::Path;
 
 use super::canvas::{CENTRE, Canvas, Letters, MIDDLE, Paint, Place, WHITE};
 use super::{
-    Bar, Heading, SMALL, Side, TEXT, draw_bar, draw_marks, draw_titles, ends, width_of, write_svg,
+    Bar, PictureHeading, SMALL, Side, TEXT, draw_bar, draw_marks, draw_titles, ends, width_of,
+    write_svg,
 };
 use crate::ExportError;
-use crate::colours::{NOTHING, of_value};
-use crate::words::{capital, in_steps, in_unit};
+use crate::colours::{NOTHING, value_colour};
+use crate::words::{capital, format_step, prefixed_unit};
 
 const SIZE: Place = (1280.0, 860.0);
 /// Smallest and largest room for the labels of the rows.
@@ -77,12 +78,12 @@ impl HeatMap {
 }
 
 fn draw(canvas: &Canvas, map: &HeatMap) {
-    Heading::plain(&map.title()).draw(canvas);
+    PictureHeading::plain(&map.title()).draw(canvas);
     let [columns, rows] = [0, 1].map(|axis| map.labels[axis].len());
     let cells = || (0..columns).flat_map(|c| (0..rows).map(move |r| (c, r)));
     let values = || cells().filter_map(|(c, r)| map.value(c, r));
     let [low, high] = ends(values());
-    let (_, factor) = in_unit(map.unit, low.abs().max(high.abs()));
+    let (_, factor) = prefixed_unit(map.unit, low.abs().max(high.abs()));
     let three_digits = 10f64.powf((factor * low.abs().max(high.abs())).log10().floor() - 2.0);
     let are_whole = values().all(|v| (factor * v).fract() == 0.0);
     let step = if are_whole { 1.0 } else { three_digits };
@@ -91,14 +92,14 @@ fn draw(canvas: &Canvas, map: &HeatMap) {
         let value = map.value(column, row);
         // One value alone is the least.
         let fraction = value.map(|v| (v - low) / (high - low).max(f64::MIN_POSITIVE));
-        let fill = fraction.map_or(NOTHING, of_value);
+        let fill = fraction.map_or(NOTHING, value_colour);
         let sides = [left, right, top, bottom];
         canvas.rectangle(sides, Paint::Filled(fill));
         canvas.rectangle(sides, Paint::Outline(WHITE, 1.0));
         if right - left < ROOM.0 || bottom - top < ROOM.1 {
             continue;
         }
-        let words = value.map_or("none".to_owned(), |v| in_steps(factor * v, step));
+        let words = value.map_or("none".to_owned(), |v| format_step(factor * v, step));
         // White letters on the dark half of the colours.
         let mut letters = Letters::new(TEXT - 5.0, MIDDLE, CENTRE);
         if fraction.is_some_and(|fraction| fraction < 0.5) {

@@ -34,7 +34,7 @@ use std::path::Path;
 use self::canvas::{BOTTOM, CENTRE, Canvas, LEFT, Letters, MIDDLE, Paint, RIGHT, Stroke, TOP};
 use super::colours::{self, Colour, INK};
 use super::{ExportError, write_file};
-use crate::words::{in_unit, ticks};
+use crate::words::{prefixed_unit, ticks};
 
 const GRID: Colour = [222; 3];
 /// Heights of lines of text: of titles, and of names of axes.
@@ -68,14 +68,14 @@ fn overlap(a: [f64; 4], b: [f64; 4]) -> bool {
 
 /// Heading of a picture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Heading<'a> {
+pub struct PictureHeading<'a> {
     /// Title of the picture.
     pub title: &'a str,
     /// Conditions below the title, in smaller letters: force, speed, friction. May be empty.
     pub conditions: &'a str,
 }
 
-impl<'a> Heading<'a> {
+impl<'a> PictureHeading<'a> {
     /// Title without conditions.
     pub fn plain(title: &'a str) -> Self {
         Self {
@@ -158,7 +158,7 @@ struct Bar {
 /// Draws the colours of the values from `low` to `high`, more than `low`, as a bar with its ticks
 /// and its unit.
 fn draw_bar(canvas: &Canvas, bar: Bar, [low, high]: [f64; 2], unit: &str) {
-    let (unit, factor) = in_unit(unit, high.abs().max(low.abs()));
+    let (unit, factor) = prefixed_unit(unit, high.abs().max(low.abs()));
     let Bar { left, top, bottom } = bar;
     let right = left + 26.0;
     let rows = ((bottom - top).ceil() as u32).max(1);
@@ -167,7 +167,7 @@ fn draw_bar(canvas: &Canvas, bar: Bar, [low, high]: [f64; 2], unit: &str) {
         let fraction = (bottom - 1.0 - y) / (bottom - top - 1.0).max(1.0);
         // Two pixels high: each row covers the seam under it, and the next one its lower half.
         let sides = [left, right, y, (y + 2.0).min(bottom)];
-        canvas.rectangle(sides, Paint::Filled(colours::of_value(fraction)));
+        canvas.rectangle(sides, Paint::Filled(colours::value_colour(fraction)));
     }
     canvas.rectangle([left, right, top, bottom], Paint::Outline(INK, 1.0));
     let letters = Letters::new(SMALL, LEFT, CENTRE);

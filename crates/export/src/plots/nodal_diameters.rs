@@ -7,9 +7,9 @@ use super::axis::Axis;
 use super::canvas::{Canvas, Stroke};
 use super::chart::{Chart, SIZE};
 use super::legend::{Legend, Mark};
-use super::{Heading, SMALL, write_svg};
+use super::{PictureHeading, SMALL, write_svg};
 use crate::ExportError;
-use crate::colours::{Colour, of_series};
+use crate::colours::{Colour, series_colour};
 use dovetail_solver::reduced::waves::nodal_diameter_of;
 use dovetail_solver::run::NodalDiameters;
 
@@ -23,7 +23,7 @@ const MOST_MARKS: usize = 20;
 /// [`ExportError`] if the picture cannot be drawn or written.
 pub fn write_nodal_diameters(
     path: &Path,
-    heading: Heading<'_>,
+    heading: PictureHeading<'_>,
     found: &NodalDiameters,
 ) -> Result<(), ExportError> {
     write_svg(path, SIZE, |canvas| draw(canvas, heading, found))
@@ -45,14 +45,14 @@ fn engine_orders(found: &NodalDiameters, top_hz: f64) -> Vec<(f64, f64)> {
     (0..=last as usize).map(point).collect()
 }
 
-fn draw(canvas: &Canvas, heading: Heading<'_>, found: &NodalDiameters) {
+fn draw(canvas: &Canvas, heading: PictureHeading<'_>, found: &NodalDiameters) {
     let modes = found.frequencies_hz.iter().map(Vec::len);
     let modes = modes.max().unwrap_or(0);
     let largest = found.frequencies_hz.len().saturating_sub(1);
     let highest = found.frequencies_hz.iter().flatten().copied();
     let top_hz = 1.05 * highest.fold(0.0, f64::max).max(f64::MIN_POSITIVE);
     let orders = engine_orders(found, top_hz);
-    let colour = |i: usize| of_series(i % 6, 6);
+    let colour = |i: usize| series_colour(i % 6, 6);
     let order_stroke = Stroke::plain(ORDERS, 2.0);
     let mut legend = Legend::default();
     for i in 0..modes {

@@ -7,9 +7,9 @@ use super::axis::DrawnAxis;
 use super::canvas::{Canvas, Place, Stroke};
 use super::chart::{Chart, SIZE};
 use super::legend::{Legend, Mark};
-use super::{Axis, Heading, TEXT, write_svg};
+use super::{Axis, PictureHeading, TEXT, write_svg};
 use crate::ExportError;
-use crate::colours::{INK, of_series};
+use crate::colours::{INK, series_colour};
 
 /// Height of a line of names beside points.
 const NAME: f64 = TEXT - 8.0;
@@ -58,19 +58,19 @@ impl Series {
 /// [`ExportError`] if the picture cannot be drawn or written.
 pub fn write_series(
     path: &Path,
-    heading: Heading<'_>,
+    heading: PictureHeading<'_>,
     axes: &[Axis; 2],
     series: &[Series],
 ) -> Result<(), ExportError> {
     write_svg(path, SIZE, |canvas| draw(canvas, heading, axes, series))
 }
 
-fn draw(canvas: &Canvas, heading: Heading<'_>, axes: &[Axis; 2], series: &[Series]) {
+fn draw(canvas: &Canvas, heading: PictureHeading<'_>, axes: &[Axis; 2], series: &[Series]) {
     let colours = series.iter().filter(|one| !one.dashed).count().max(1);
     let colour = |i: usize| {
         let before = series[..i].iter().filter(|one| !one.dashed).count();
         let own = before.saturating_sub(usize::from(series[i].dashed));
-        of_series(own, colours)
+        series_colour(own, colours)
     };
     let every = series.len().div_ceil(MOST_ENTRIES).max(1);
     let mut legend = Legend::default();
@@ -194,7 +194,7 @@ mod tests {
     fn svg(axes: &[Axis; 2], series: &[Series]) -> String {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("series.svg");
-        write_series(&path, Heading::plain("t"), axes, series).unwrap();
+        write_series(&path, PictureHeading::plain("t"), axes, series).unwrap();
         let text = std::fs::read_to_string(&path).unwrap();
         assert!(!text.contains("NaN") && !text.contains("inf"));
         text

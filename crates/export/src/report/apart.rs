@@ -13,9 +13,9 @@ const LEAST_MEAN: f64 = 0.2;
 /// its mean normal, all by the same distance if the bodies allow it. They part to the sides on
 /// which they lie: a root leaves its slot outwards, although its flanks press inwards. Rigid ground
 /// does not move. All vectors are zero if no contact has a direction.
-pub(super) fn apart(model: &Model) -> Vec<[f64; 3]> {
+pub(super) fn opening_displacements(model: &Model) -> Vec<[f64; 3]> {
     let contacts: Vec<Opening> = (0..model.contact_names.len())
-        .filter_map(|contact| Opening::of(model, contact))
+        .filter_map(|contact| Opening::new(model, contact))
         .collect();
     let mut moved = opened(&contacts, model.bodies.len());
     let longest = moved.iter().map(|m| dot(*m, *m).sqrt()).fold(0.0, f64::max);
@@ -43,16 +43,16 @@ struct Opening {
 }
 
 impl Opening {
-    fn of(model: &Model, contact: usize) -> Option<Self> {
-        let own = || model.pairs.iter().filter(|pair| pair.contact == contact);
+    fn new(model: &Model, contact: usize) -> Option<Self> {
+        let contact_pairs = || model.pairs.iter().filter(|pair| pair.contact == contact);
         let mut mean = [0.0; 3];
-        let pairs = own().count() as f64;
-        for pair in own() {
+        let pairs = contact_pairs().count() as f64;
+        for pair in contact_pairs() {
             for (sum, n) in mean.iter_mut().zip(pair.frame[0]) {
                 *sum += n / pairs;
             }
         }
-        let first = own().next()?;
+        let first = contact_pairs().next()?;
         let bodies = first.bodies();
         let direction = unit(mean).filter(|_| dot(mean, mean).sqrt() > LEAST_MEAN)?;
         // Rigid ground is where the flank is.

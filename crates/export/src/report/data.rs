@@ -5,14 +5,14 @@ use serde::Serialize;
 use super::Contents;
 use super::packed::{Scaled, bytes, scaled};
 use super::skin::Skin;
-use crate::colours::{self, Colour, STATES, State};
+use crate::colours::{self, Colour, STATES, StateStyle};
 use crate::curves::Curves;
-use crate::fields::{Field, at_peak, at_rest};
+use crate::fields::{Field, peak_fields, static_state_fields};
 use crate::unrolled::{Panel, panels};
 use crate::words::{figure, quantity, seven_digits};
 use dovetail_solver::dlft::{Orbit, Response};
 use dovetail_solver::results::pairs::PairTable;
-use dovetail_solver::results::quantities::{cycle_fields, with_motion};
+use dovetail_solver::results::quantities::{cycle_fields, moving_orbits};
 use dovetail_solver::results::signals::{PairSignals, pair_signals};
 use dovetail_solver::run::Observed;
 
@@ -32,7 +32,7 @@ pub(super) struct Data {
     /// Frequency of the peak of the first observation, Hz.
     peak_hz: Option<f64>,
     /// States of a pair, by their codes.
-    states: [State; 5],
+    states: [StateStyle; 5],
     colours: FieldColours,
     flanks: Vec<Panel>,
     fields: Vec<PackedField>,
@@ -80,17 +80,17 @@ struct Loop {
 }
 
 impl Data {
-    pub fn of(contents: &Contents<'_>) -> Self {
-        let model = contents.with_flanks();
+    pub fn new(contents: &Contents<'_>) -> Self {
+        let model = contents.flank_model();
         let (sweep, pairs) = (contents.sweep.as_ref(), contents.pairs);
         let of_pairs = sweep.filter(|_| contents.has_pairs());
         let panels = model.map_or_else(Vec::new, panels);
-        let orbit = contents.at_peak();
+        let orbit = contents.peak_orbit();
         let peak_hz = orbit.map(|orbit| orbit.frequency_hz);
         let moving = model.zip(orbit).into_iter();
-        let moving = moving.flat_map(|(model, orbit)| at_peak(orbit, &model.pairs));
+        let moving = moving.flat_map(|(model, orbit)| peak_fields(orbit, &model.pairs));
         let still = model.zip(contents.static_state);
-        let still = still.and_then(|(model, state)| at_rest(state, &model.pairs));
+        let still = still.and_then(|(model, state)| static_state_fields(state, &model.pairs));
         let fields = moving.chain(still.into_iter().flatten());
         let observed = || contents.observations.iter().enumerate();
         let curves = |of: &dyn Fn(usize, &Observed) -> Option<Curves>| {
@@ -107,7 +107,7 @@ impl Data {
                 flanks: colours::VIRIDIS,
                 bodies: colours::BODIES,
             },
-            fields: fields.map(PackedField::of).collect(),
+            fields: fields.map(PackedField::new).collect(),
             statuses: sweep
                 .filter(|_| model.is_some())
                 .map(|sweep| statuses(sweep.response, pairs, peak_hz)),
@@ -115,13 +115,13 @@ impl Data {
             flanks: panels,
             skin: contents
                 .model
-                .map(|model| Skin::of(model, contents.motion, contents.stress)),
+                .map(|model| Skin::new(model, contents.motion, contents.stress)),
         }
     }
 }
 
 impl PackedField {
-    fn of(field: Field) -> Self {
+    fn new(field: Field) -> Self {
         Self {
             title: field.title,
             unit: field.unit,
@@ -132,11 +132,11 @@ impl PackedField {
 }
 
 fn statuses(response: &Response, pairs: &PairTable, peak_hz: Option<f64>) -> Statuses {
-    let codes = with_motion(response).flat_map(|orbit| cycle_fields(orbit, &pairs.rows).status);
+    let codes = moving_orbits(response).flat_map(|orbit| cycle_fields(orbit, &pairs.rows).status);
     let codes: Vec<u8> = codes.map(|status| status as u8).collect();
     Statuses {
-        frequency_hz: with_motion(response).map(|o| o.frequency_hz).collect(),
-        peak: with_motion(response).position(|o| Some(o.frequency_hz) == peak_hz),
+        frequency_hz: moving_orbits(response).map(|o| o.frequency_hz).collect(),
+        peak: moving_orbits(response).position(|o| Some(o.frequency_hz) == peak_hz),
         codes: bytes(&codes),
     }
 }

@@ -65,12 +65,12 @@ pub struct Contents<'a> {
 
 impl Contents<'_> {
     /// Motion at the peak of the first observation.
-    fn at_peak(&self) -> Option<&Orbit> {
-        self.sweep.as_ref()?.at_peak()
+    fn peak_orbit(&self) -> Option<&Orbit> {
+        self.sweep.as_ref()?.peak_orbit()
     }
 
     /// Model with flanks that have maps.
-    fn with_flanks(&self) -> Option<&Model> {
+    fn flank_model(&self) -> Option<&Model> {
         self.model.filter(|model| !model.pairs.is_empty())
     }
 
@@ -84,7 +84,7 @@ impl Contents<'_> {
 /// # Errors
 /// A file that cannot be written.
 pub fn write(path: &Path, contents: &Contents<'_>) -> Result<(), ExportError> {
-    let data = data::Data::of(contents);
+    let data = data::Data::new(contents);
     let page = page::page(contents, &data);
     write_file(path, page.into_string().as_bytes())
 }

@@ -21,7 +21,7 @@ use super::{Contents, REPORT};
 use crate::csv::ASSEMBLY;
 use crate::journal::JOURNAL;
 use crate::manifest::{ContactSummary, StaticSummary};
-use crate::words::{counted, figure, or_dash, percent, quantity, static_counts};
+use crate::words::{counted, figure, percent, quantity, static_counts, text_or_dash};
 use dovetail_solver::description::{LoadMultiples, PathPoint, Scene, StaticSpec};
 use dovetail_solver::dlft::StaticCounts;
 use dovetail_solver::reduction::LISTED_MODES;
@@ -81,7 +81,7 @@ fn minute(moment: &str) -> String {
 }
 
 fn flanks(contents: &Contents<'_>) -> Markup {
-    if contents.with_flanks().is_none() {
+    if contents.flank_model().is_none() {
         return html! {};
     }
     html! {
@@ -120,7 +120,7 @@ fn loops(contents: &Contents<'_>) -> Markup {
             p {
                 "Friction force over displacement of the pairs that dissipate most, along the direction that each moves in most. "
                 "A loop encloses the energy that friction takes in a period. "
-                @if contents.with_flanks().is_some() { "The letters stand on the first map of the flanks. " }
+                @if contents.flank_model().is_some() { "The letters stand on the first map of the flanks. " }
                 "A loop is a sum of harmonics, so that its corners are round and may overshoot."
             }
             div #loops .loops {}
@@ -165,9 +165,9 @@ fn static_state(contents: &Contents<'_>) -> Markup {
     let Some(state) = &contents.summary.static_state else {
         return html! {};
     };
-    let force = |v: Option<f64>| or_dash(v, |v| quantity(v, "N", 4));
+    let force = |v: Option<f64>| text_or_dash(v, |v| quantity(v, "N", 4));
     let count = |c: &ContactSummary, of: fn(StaticCounts) -> usize| {
-        or_dash(c.counts, |counts| of(counts).to_string())
+        text_or_dash(c.counts, |counts| of(counts).to_string())
     };
     html! {
         section #static {
@@ -182,11 +182,11 @@ fn static_state(contents: &Contents<'_>) -> Markup {
                     ("stick", &|c| count(c, |c| c.stuck)),
                     ("slide", &|c| count(c, |c| c.slipping)),
                     ("open", &|c| count(c, |c| c.open)),
-                    ("area", &|c| or_dash(c.area_m2, |a| format!("{} mm²", figure(1e6 * a, 4)))),
+                    ("area", &|c| text_or_dash(c.area_m2, |a| format!("{} mm²", figure(1e6 * a, 4)))),
                     ("covered", &|c| covered(contents, &c.name)),
                     ("normal force", &|c| force(c.normal_force_n)),
                     ("friction force", &|c| force(c.friction_force_n)),
-                    ("mean pressure", &|c| or_dash(c.mean_pressure_pa, |p| quantity(p, "Pa", 3))),
+                    ("mean pressure", &|c| text_or_dash(c.mean_pressure_pa, |p| quantity(p, "Pa", 3))),
                 ],
             ))
         }
@@ -196,9 +196,9 @@ fn static_state(contents: &Contents<'_>) -> Markup {
 /// Shares of both flanks of a contact that lie opposite the other one.
 fn covered(contents: &Contents<'_>, contact: &str) -> String {
     let matches = contents.summary.mesh.iter().flat_map(|mesh| &mesh.contacts);
-    let found = matches.into_iter().find(|found| found.name == contact);
-    or_dash(found, |found| {
-        found.covered.map(|share| percent(share, 3)).join(", ")
+    let matched = matches.into_iter().find(|found| found.name == contact);
+    text_or_dash(matched, |matched| {
+        matched.covered.map(|share| percent(share, 3)).join(", ")
     })
 }
 
@@ -244,8 +244,8 @@ fn point_words(scene: &Scene, point: &PathPoint) -> String {
     let loads = match &point.loads {
         LoadMultiples::All(multiple) => times(multiple),
         LoadMultiples::Each(multiples) => {
-            let all: Vec<String> = multiples.iter().map(times).collect();
-            format!("in their order {}", all.join(", "))
+            let words: Vec<String> = multiples.iter().map(times).collect();
+            format!("in their order {}", words.join(", "))
         }
     };
     let assembly = scene.assembly();
@@ -353,7 +353,7 @@ fn effort(contents: &Contents<'_>) -> Markup {
                     ("s", &|stage| format!("{:.2}", stage.seconds)),
                     ("share", &|stage| percent((stage.seconds / summary.seconds).min(1.0), 2)),
                     ("memory, MiB", &|stage| {
-                        or_dash(stage.peak_memory_mib, |memory| format!("{memory:.0}"))
+                        text_or_dash(stage.peak_memory_mib, |memory| format!("{memory:.0}"))
                     }),
                     ("unknowns", &|stage| {
                         let unknowns = stage.unknowns.iter().map(usize::to_string);

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 
 use serde::Serialize;
 
-use super::apart::apart;
+use super::apart::opening_displacements;
 use super::packed::{Scaled, integers, scaled};
 use dovetail_mesh::element::facet_corners;
 use dovetail_solver::model::{Body, BodyNode, Model};
@@ -81,15 +81,15 @@ struct Harmonic {
 
 impl Skin {
     /// Skin of a model. `motion[b]` holds the 2H+1 nodal fields of body b; `None` if nothing moves.
-    pub fn of(
+    pub fn new(
         model: &Model,
         motion: Option<&[Vec<NodalField>]>,
         stress: Option<&PeakStress>,
     ) -> Self {
         let mut outer: Vec<Vec<Vec<u32>>> = model.bodies.iter().map(outer_faces).collect();
-        let all = outer.iter().flatten().map(Vec::len).sum::<usize>();
+        let cells = outer.iter().flatten().map(Vec::len).sum::<usize>();
         // A node in the middle of an edge belongs to two faces, a corner to some four or six.
-        if all / 3 > MOST_NODES {
+        if cells / 3 > MOST_NODES {
             for face in outer.iter_mut().flatten() {
                 face.truncate(facet_corners(face.len()));
             }
@@ -99,7 +99,7 @@ impl Skin {
         for (body, outer) in outer.iter().enumerate() {
             let mut number: HashMap<u32, u32> = HashMap::new();
             for face in outer {
-                for node in around(face) {
+                for node in facet_outline(face) {
                     let at = *number.entry(node).or_insert_with(|| {
                         nodes.push(BodyNode { body, node });
                         nodes.len() as u32 - 1
@@ -148,7 +148,7 @@ impl Skin {
             flank_pairs: integers(&flank_pairs),
             flank_start,
             flank_triangles: integers(&flank_triangles),
-            apart: apart(model),
+            apart: opening_displacements(model),
             up,
             along,
             harmonics: motion.map_or_else(Vec::new, |motion| harmonics(&nodes, motion)),
@@ -213,7 +213,7 @@ fn outer_faces(body: &Body) -> Vec<Vec<u32>> {
 }
 
 /// Nodes of a facet in order along its edges.
-fn around(face: &[u32]) -> impl Iterator<Item = u32> {
+fn facet_outline(face: &[u32]) -> impl Iterator<Item = u32> {
     let (corners, middles) = face.split_at(facet_corners(face.len()));
     let with_middle = |(i, &corner): (usize, &u32)| [Some(corner), middles.get(i).copied()];
     corners.iter().enumerate().flat_map(with_middle).flatten()

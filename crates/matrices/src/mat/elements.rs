@@ -5,7 +5,7 @@ use std::io::{ErrorKind, Read as _};
 
 use flate2::read::ZlibDecoder;
 
-use crate::error::{Fault, Read, WRITE_AGAIN};
+use crate::error::{MatrixFault, Read, WRITE_AGAIN};
 use crate::text;
 
 /// Most bytes of a name or of the numbers of rows and columns.
@@ -15,7 +15,7 @@ const CHUNK: usize = 1 << 16;
 
 /// Elements one behind the other, decompressed if need be.
 pub struct Stream<'a> {
-    source: Source<'a>,
+    source: ByteSource<'a>,
     at: usize,
     /// Bytes up to the end of the variable.
     left: usize,
@@ -25,7 +25,7 @@ pub struct Stream<'a> {
     compressed_at: usize,
 }
 
-enum Source<'a> {
+enum ByteSource<'a> {
     Plain(&'a [u8]),
     Compressed(ZlibDecoder<&'a [u8]>),
 }
@@ -34,7 +34,7 @@ impl<'a> Stream<'a> {
     /// Elements that are not compressed, from a place of the file on.
     pub fn plain(bytes: &'a [u8], at: usize, is_big_endian: bool) -> Self {
         Self {
-            source: Source::Plain(bytes),
+            source: ByteSource::Plain(bytes),
             at,
             left: bytes.len(),
             padding: None,
@@ -46,7 +46,7 @@ impl<'a> Stream<'a> {
     /// Elements that are compressed; `at` is their place in the file.
     pub fn compressed(bytes: &'a [u8], at: usize, is_big_endian: bool) -> Self {
         Self {
-            source: Source::Compressed(ZlibDecoder::new(bytes)),
+            source: ByteSource::Compressed(ZlibDecoder::new(bytes)),
             at: 0,
             left: usize::MAX,
             padding: None,
@@ -56,7 +56,7 @@ impl<'a> Stream<'a> {
     }
 
     /// Place of the next byte in the file, or in the decompressed data.
-    pub fn at(&self) -> usize {
+    pub fn position(&self) -> usize {
         self.at
     }
 
@@ -66,25 +66,25 @@ impl<'a> Stream<'a> {
     }
 
     /// Goes on with the elements within the last one, whose length is given.
-    pub fn enter(&mut self, length: usize) {
+    pub fn enter_element(&mut self, length: usize) {
         (self.left, self.padding) = (length, None);
     }
 
     /// Fills a buffer with the next bytes.
     fn fill(&mut self, buffer: &mut [u8], missing: &str) -> Read<()> {
         let left = self.left.checked_sub(buffer.len());
-        self.left = left.ok_or_else(|| text::cut_off(missing))?;
+        self.left = left.ok_or_else(|| text::cut_off_failure(missing))?;
         let read = match &mut self.source {
-            Source::Plain(bytes) => bytes.read_exact(buffer),
-            Source::Compressed(decoder) => decoder.read_exact(buffer),
+            ByteSource::Plain(bytes) => bytes.read_exact(buffer),
+            ByteSource::Compressed(decoder) => decoder.read_exact(buffer),
         };
         self.at += buffer.len();
         read.map_err(|error| match error.kind() {
-            ErrorKind::UnexpectedEof => text::cut_off(missing),
+            ErrorKind::UnexpectedEof => text::cut_off_failure(missing),
             _ => {
                 let found = format!("compressed data with an error ({error})");
-                let fault = Fault::malformed(found, "a compressed variable", WRITE_AGAIN);
-                fault.at_byte(self.compressed_at)
+                let fault = MatrixFault::malformed(found, "a compressed variable", WRITE_AGAIN);
+                fault.locate_byte(self.compressed_at)
             }
         })
     }
@@ -115,7 +115,7 @@ impl<'a> Stream<'a> {
         let padding = match is_short {
             true => 4usize
                 .checked_sub(length)
-                .ok_or_else(|| text::cut_off(what))?,
+                .ok_or_else(|| text::cut_off_failure(what))?,
             false => length.wrapping_neg() % end,
         };
         self.padding = Some(padding);
@@ -127,7 +127,7 @@ impl<'a> Stream<'a> {
         let (kind, length) = self.tag(what)?;
         if length > MOST_OF_A_HEAD {
             let found = format!("{length} bytes");
-            return Err(Fault::malformed(found, what, WRITE_AGAIN).at_byte(self.at));
+            return Err(MatrixFault::malformed(found, what, WRITE_AGAIN).locate_byte(self.at));
         }
         let mut data = vec![0; length];
         self.fill(&mut data, what)?;
@@ -135,13 +135,13 @@ impl<'a> Stream<'a> {
     }
 
     /// Goes through the numbers of the next element.
-    pub fn numbers(&mut self, what: &str) -> Read<Numbers<'_, 'a>> {
+    pub fn numbers(&mut self, what: &str) -> Read<MatNumbers<'_, 'a>> {
         let (kind, length) = self.tag(what)?;
-        let form = Form::of(kind, self.at)?;
+        let form = NumberType::from_kind(kind, self.at)?;
         if length > self.left {
-            return Err(text::cut_off(what));
+            return Err(text::cut_off_failure(what));
         }
-        Ok(Numbers {
+        Ok(MatNumbers {
             count: length / form.size,
             unread: length,
             form,
@@ -163,14 +163,14 @@ enum Kind {
 
 /// Type of the numbers of an element.
 #[derive(Debug, Clone, Copy)]
-pub struct Form {
+pub struct NumberType {
     kind: Kind,
     /// Bytes of a number.
     pub size: usize,
 }
 
-impl Form {
-    pub fn of(kind: u32, at: usize) -> Read<Self> {
+impl NumberType {
+    pub fn from_kind(kind: u32, at: usize) -> Read<Self> {
         let (kind, size) = match kind {
             1 => (Kind::Signed, 1),
             2 => (Kind::Unsigned, 1),
@@ -184,20 +184,20 @@ impl Form {
             13 => (Kind::Unsigned, 8),
             other => {
                 let found = format!("data of the type {other}");
-                return Err(Fault::malformed(found, "numbers", WRITE_AGAIN).at_byte(at));
+                return Err(MatrixFault::malformed(found, "numbers", WRITE_AGAIN).locate_byte(at));
             }
         };
         Ok(Self { kind, size })
     }
 
-    pub fn number(self, bytes: &[u8], is_big_endian: bool, at: usize) -> Number {
+    pub fn number(self, bytes: &[u8], is_big_endian: bool, at: usize) -> MatNumber {
         let add = |number: u64, byte: &u8| (number << 8) | u64::from(*byte);
         let bits = if is_big_endian {
             bytes.iter().fold(0, add)
         } else {
             bytes.iter().rev().fold(0, add)
         };
-        Number {
+        MatNumber {
             form: self,
             bits,
             at,
@@ -207,14 +207,14 @@ impl Form {
 
 /// Number of a file.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Number {
-    form: Form,
+pub(super) struct MatNumber {
+    form: NumberType,
     bits: u64,
-    /// Place, as in [`Stream::at`].
+    /// Place, as in [`Stream::position`].
     pub at: usize,
 }
 
-impl Number {
+impl MatNumber {
     fn signed(self) -> i64 {
         let unused = 64 - 8 * self.form.size as u32;
         (self.bits << unused) as i64 >> unused
@@ -238,7 +238,7 @@ impl Number {
         };
         count.ok_or_else(|| {
             let (found, expected) = (self.real().to_string(), "a number of rows or entries");
-            Fault::malformed(found, expected, WRITE_AGAIN).at_byte(self.at)
+            MatrixFault::malformed(found, expected, WRITE_AGAIN).locate_byte(self.at)
         })
     }
 
@@ -250,14 +250,14 @@ impl Number {
         }
         let found = format!("{value} in `{name}`");
         let what = "an entry";
-        Err(Fault::NotFinite { what, found }.at_byte(self.at))
+        Err(MatrixFault::NotFinite { what, found }.locate_byte(self.at))
     }
 }
 
 /// Numbers of an element, one after the other.
-pub struct Numbers<'s, 'a> {
+pub struct MatNumbers<'s, 'a> {
     stream: &'s mut Stream<'a>,
-    pub form: Form,
+    pub form: NumberType,
     what: String,
     /// Number of them.
     pub count: usize,
@@ -268,13 +268,13 @@ pub struct Numbers<'s, 'a> {
     next: usize,
 }
 
-impl Numbers<'_, '_> {
-    pub fn next(&mut self) -> Read<Number> {
+impl MatNumbers<'_, '_> {
+    pub fn next(&mut self) -> Read<MatNumber> {
         let size = self.form.size;
         if self.next + size > self.chunk.len() {
             let length = CHUNK.min(self.unread - self.unread % size);
             if length == 0 {
-                return Err(text::cut_off(&self.what));
+                return Err(text::cut_off_failure(&self.what));
             }
             self.chunk.resize(length, 0);
             self.stream.fill(&mut self.chunk, &self.what)?;
@@ -288,7 +288,7 @@ impl Numbers<'_, '_> {
     }
 
     /// Place of the first number, before any was read.
-    pub fn at(&self) -> usize {
+    pub fn position(&self) -> usize {
         self.stream.at
     }
 

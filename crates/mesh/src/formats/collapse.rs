@@ -17,7 +17,7 @@ pub(super) fn solid<'a>(
     nodes: &'a [u32],
     tags: &[u64],
 ) -> Result<Cow<'a, [u32]>, MeshError> {
-    let element = ElementType::with_nodes(nodes.len());
+    let element = ElementType::from_node_count(nodes.len());
     or_collapsed(tag, nodes, tags, || collapsed_solid(element?, nodes))
 }
 
@@ -141,18 +141,18 @@ fn shape_of(faces: &[Vec<u32>]) -> Option<(Shape, Vec<u32>)> {
 fn collapsed_facet(nodes: &[u32]) -> Option<Vec<u32>> {
     let count = facet_corners(nodes.len());
     let (corners, of_edges) = nodes.split_at(count);
-    let mut found = distinct(corners.iter().copied()).filter(|found| found.len() == 3)?;
+    let mut corners_left = distinct(corners.iter().copied()).filter(|found| found.len() == 3)?;
     if !of_edges.is_empty() {
         let sides = (0..count).filter(|i| corners[*i] != corners[(i + 1) % count]);
         let middles: Middles = sides
             .map(|i| (ends(corners[i], corners[(i + 1) % count]), of_edges[i]))
             .collect();
         for i in 0..3 {
-            found.push(*middles.get(&ends(found[i], found[(i + 1) % 3]))?);
+            corners_left.push(*middles.get(&ends(corners_left[i], corners_left[(i + 1) % 3]))?);
         }
     }
-    let is_once = |i: usize| !found[..i].contains(&found[i]);
-    (1..found.len()).all(is_once).then_some(found)
+    let is_once = |i: usize| !corners_left[..i].contains(&corners_left[i]);
+    (1..corners_left.len()).all(is_once).then_some(corners_left)
 }
 
 #[cfg(test)]

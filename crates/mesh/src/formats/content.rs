@@ -56,7 +56,7 @@ pub struct FileMaterial {
 }
 
 impl FileMaterial {
-    fn in_si(self, units: Units) -> MeshMaterial {
+    fn convert_to_si(self, units: Units) -> MeshMaterial {
         let scales = units.stress_pa_and_density_kg_m3();
         let [stress, density] = scales.unwrap_or([1.0; 2]);
         MeshMaterial {
@@ -121,7 +121,11 @@ impl Content {
             elements: self.elements,
             facets: self.facets,
             groups: self.groups,
-            materials: self.materials.into_iter().map(|m| m.in_si(units)).collect(),
+            materials: self
+                .materials
+                .into_iter()
+                .map(|m| m.convert_to_si(units))
+                .collect(),
             remarks: self.remarks,
         })
     }
@@ -174,13 +178,13 @@ impl Content {
         let radius = |[a, b]: [[f64; 3]; 2]| 1e-3 * distance(a, b);
         let largest = edges().map(radius).fold(0.0, f64::max);
         let near = Near::new(&self.nodes, nodes.iter().copied(), largest);
-        let mut found = HashSet::new();
+        let mut middles = HashSet::new();
         for edge in edges() {
-            near.within(middle(edge[0], edge[1]), radius(edge), |node| {
-                found.insert(node);
+            near.visit_within(middle(edge[0], edge[1]), radius(edge), |node| {
+                middles.insert(node);
             });
         }
-        found.len()
+        middles.len()
     }
 
     /// Adds a group.
@@ -255,15 +259,15 @@ impl Content {
                 .any(|group| group.dimension == dimension)
         };
         let (name, group) = match (self.elements.is_empty(), self.facets.is_empty()) {
-            (false, _) if !has(3) => ("all solids", self.all_solids()),
-            (true, false) if !has(2) => ("all surfaces", self.all_facets()),
+            (false, _) if !has(3) => ("all solids", self.solid_group()),
+            (true, false) if !has(2) => ("all surfaces", self.facet_group()),
             _ => return,
         };
         self.groups.insert(self.free_name(name), group);
     }
 
     /// Group of all facets.
-    fn all_facets(&self) -> Group {
+    fn facet_group(&self) -> Group {
         Group {
             dimension: 2,
             elements: (0..self.facets.len() as u32).collect(),
@@ -272,7 +276,7 @@ impl Content {
     }
 
     /// Group of all solids.
-    pub(super) fn all_solids(&self) -> Group {
+    pub(super) fn solid_group(&self) -> Group {
         Group {
             dimension: 3,
             elements: (0..self.elements.len() as u32).collect(),
@@ -295,7 +299,7 @@ impl Content {
     ///
     /// # Errors
     /// There are neither solids nor facets.
-    pub(super) fn keep_what_solids_have(&mut self) -> Result<(), MeshError> {
+    pub(super) fn drop_unused(&mut self) -> Result<(), MeshError> {
         if self.elements.is_empty() {
             // The surface of a body whose stiffness and mass are matrices stays whole.
             return match self.facets.is_empty() {
@@ -350,7 +354,7 @@ impl Content {
     fn keep_facets(&mut self, on_solid: &[bool]) {
         let nodes = on_solid.iter().zip(0..);
         let nodes: Vec<Option<u32>> = nodes.map(|(on, n)| on.then_some(n)).collect();
-        let (kept, new_index) = self.facets.kept(&nodes);
+        let (kept, new_index) = self.facets.retain_nodes(&nodes);
         let left_out = self.facets.len() - kept.len();
         if left_out == 0 {
             return;
@@ -387,7 +391,7 @@ mod tests {
         };
         content.groups.insert("blade".to_owned(), group);
         let mesh = content.into_mesh(1.0.into()).unwrap();
-        assert_eq!(mesh.elements.of(1), [4, 5, 6, 7]);
+        assert_eq!(mesh.elements.element_nodes(1), [4, 5, 6, 7]);
         assert_eq!(mesh.node_tags, [0, 1, 2, 3, 4, 5, 6, 8]);
     }
 }

@@ -47,11 +47,11 @@ pub fn detect(bytes: &[u8], name: &str) -> Result<Format, MeshError> {
             if head.starts_with("version https://git-lfs") {
                 return Err(Other::Pointer.error(name));
             }
-            let by_name = by_name(name);
-            if by_content(bytes, &head).is_none() && is_deck_below_text(bytes) {
+            let by_name = detect_name(name);
+            if detect_content(bytes, &head).is_none() && is_deck_below_text(bytes) {
                 return Ok(Format::Deck);
             }
-            let by_content = by_content(bytes, &head).filter(|found| {
+            let by_content = detect_content(bytes, &head).filter(|found| {
                 // MED, CGNS and others are HDF5 files.
                 *found != Other::Hdf || by_name.is_none()
             });
@@ -133,7 +133,7 @@ enum Other {
 const MARKED: &str = r#"awk '/^        /{p=sprintf("%-72s+",p);$0="+"substr($0,2)} NR>1{print p} {p=$0} END{print p}'"#;
 
 impl Other {
-    fn what(self) -> &'static str {
+    fn description(self) -> &'static str {
         match self {
             Self::OldMsh => "a Gmsh mesh of version 1",
             Self::GmshScript => "a Gmsh script",
@@ -191,13 +191,13 @@ impl Other {
             | Self::Medit
             | Self::Hdf => format!("convert it: `meshio convert {file} {stem}.vtu`"),
         };
-        let what = self.what();
+        let what = self.description();
         MeshError::OtherFormat { what, remedy }
     }
 }
 
 /// Format that the first bytes indicate.
-fn by_content(bytes: &[u8], head: &str) -> Option<Other> {
+fn detect_content(bytes: &[u8], head: &str) -> Option<Other> {
     let start = head.trim_start();
     let begins = |words: &[&str]| words.iter().any(|word| start.starts_with(word));
     if bytes.starts_with(b"\x89HDF\r\n\x1a\n") {
@@ -250,7 +250,7 @@ fn is_iges(bytes: &[u8]) -> bool {
 }
 
 /// Format that the ending of the name indicates.
-fn by_name(name: &str) -> Option<Other> {
+fn detect_name(name: &str) -> Option<Other> {
     let ending = Path::new(name).extension()?.to_str()?.to_lowercase();
     Some(match ending.as_str() {
         "geo" | "geo_unrolled" => Other::GmshScript,
@@ -356,7 +356,7 @@ mod tests {
         let mut elements: Vec<_> = group
             .elements
             .iter()
-            .map(|e| at(list.of(*e as usize)))
+            .map(|e| at(list.element_nodes(*e as usize)))
             .collect();
         elements.sort();
         let mut nodes = at(&group.nodes);

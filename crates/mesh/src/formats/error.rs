@@ -231,7 +231,7 @@ fn missing(path: &Path, source: &std::io::Error) -> String {
 
 impl MeshError {
     /// Error of a name that is none of those known.
-    pub(super) fn no_such_name<'a>(
+    pub(super) fn unknown_name<'a>(
         what: &'static str,
         name: &str,
         known: impl Iterator<Item = &'a String>,

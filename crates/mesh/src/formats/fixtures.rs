@@ -24,13 +24,16 @@ pub(super) const GROUPS: [&str; 6] = ["hexahedra", "wedges", "mixed", "base", "t
 /// Nodes of each element of a group, or of each facet.
 #[track_caller]
 pub(super) fn nodes_of<T: FromIterator<Vec<u32>>>(content: &Content, group: &str) -> T {
-    let found = content.groups.get(group);
-    let group = found.unwrap_or_else(|| panic!("no {group} in {:?}", content.groups.keys()));
+    let group_nodes = content.groups.get(group);
+    let group = group_nodes.unwrap_or_else(|| panic!("no {group} in {:?}", content.groups.keys()));
     let list = match group.dimension {
         3 => &content.elements,
         _ => &content.facets,
     };
-    let nodes = group.elements.iter().map(|e| list.of(*e as usize).to_vec());
+    let nodes = group
+        .elements
+        .iter()
+        .map(|e| list.element_nodes(*e as usize).to_vec());
     nodes.collect()
 }
 

@@ -45,29 +45,29 @@ pub(super) fn group_names(
     names: &Names,
     used: impl IntoIterator<Item = (u8, u32)>,
 ) -> BTreeMap<(u8, u32), String> {
-    let mut found: BTreeMap<(u8, u32), String> = BTreeMap::new();
+    let mut group_names: BTreeMap<(u8, u32), String> = BTreeMap::new();
     for (&(dimension, tag), name) in names {
         if dimension != ANY_DIMENSION {
-            found.insert((dimension, tag), name.clone());
+            group_names.insert((dimension, tag), name.clone());
         }
     }
     for (dimension, tag) in used {
-        let own = || format!("{} {tag}", KINDS[usize::from(dimension)]);
+        let default_name = || format!("{} {tag}", KINDS[usize::from(dimension)]);
         let of_all = names.get(&(ANY_DIMENSION, tag));
-        let name = found.entry((dimension, tag));
-        name.or_insert_with(|| of_all.cloned().unwrap_or_else(own));
+        let name = group_names.entry((dimension, tag));
+        name.or_insert_with(|| of_all.cloned().unwrap_or_else(default_name));
     }
     let mut highest: BTreeMap<String, u8> = BTreeMap::new();
-    for ((dimension, _), name) in &found {
+    for ((dimension, _), name) in &group_names {
         let known = highest.entry(name.clone()).or_default();
         *known = (*known).max(*dimension);
     }
-    for ((dimension, _), name) in &mut found {
+    for ((dimension, _), name) in &mut group_names {
         if highest[name] != *dimension {
             *name += &format!(" ({})", KINDS[usize::from(*dimension)]);
         }
     }
-    found
+    group_names
 }
 
 /// Names of the entities of the geometry, which are the groups of a file without physical groups.
@@ -90,9 +90,9 @@ pub(super) fn entity_names(
 const KINDS: [&str; 4] = ["point", "curve", "surface", "volume"];
 
 /// Position in Gmsh's element of each of our nodes: node `i` is Gmsh's node
-/// `from_gmsh(element)[i]`. Corners are the same; the middles of the edges follow another list of
-/// edges. Facets and lines need no table, because Gmsh's order is ours.
-pub fn from_gmsh(element: ElementType) -> &'static [usize] {
+/// `gmsh_positions(element)[i]`. Corners are the same; the middles of the edges follow another list
+/// of edges. Facets and lines need no table, because Gmsh's order is ours.
+pub fn gmsh_positions(element: ElementType) -> &'static [usize] {
     use ElementOrder::{Linear, Quadratic};
     const CORNERS: [usize; 8] = [0, 1, 2, 3, 4, 5, 6, 7];
     match (element.shape, element.order) {
@@ -113,7 +113,7 @@ mod tests {
     #[test]
     fn every_node_has_one_place() {
         for element in ElementType::ALL {
-            let mut places = from_gmsh(element).to_vec();
+            let mut places = gmsh_positions(element).to_vec();
             places.sort_unstable();
             assert!(places.into_iter().eq(0..element.nodes()), "{element:?}");
         }

@@ -14,8 +14,8 @@ use mshio::mshfile::{ElementBlock, Elements, Entities, MshFile, Nodes};
 
 use super::collapse;
 use super::content::Content;
-use super::gmsh_order::{COMPLETE, dimension_and_nodes, entity_names, from_gmsh, group_names};
-use super::plain::{Plain, Source};
+use super::gmsh_order::{COMPLETE, dimension_and_nodes, entity_names, gmsh_positions, group_names};
+use super::plain::{MshSource, Plain};
 use super::sections::{Encoding, Names, Sections, physical_names};
 use crate::element;
 use crate::{Group, MeshError};
@@ -26,21 +26,21 @@ use crate::{Group, MeshError};
 /// Bytes that are not a whole mesh in MSH 4: see [`MeshError`].
 pub fn parse(bytes: impl AsRef<[u8]>) -> Result<Content, MeshError> {
     let bytes = bytes.as_ref();
-    let sections = Sections::of(bytes)?;
+    let sections = Sections::parse(bytes)?;
     let format = sections.format(bytes)?;
     let is_text = format.encoding == Encoding::Ascii;
     if !(format.version == 4.1 || format.version == 4.0 && is_text) {
         return Err(format.other_version());
     }
     let names = physical_names(bytes, &sections, format.version)?;
-    let source = Source {
+    let source = MshSource {
         bytes,
         sections: &sections,
         format,
     };
-    let mut plain = Plain::of(&source, false)?;
+    let mut plain = Plain::new(&source, false)?;
     if mshio::parse_msh_bytes(&plain.bytes).is_err_and(|e| has_parameters(&e)) {
-        plain = Plain::of(&source, true)?;
+        plain = Plain::new(&source, true)?;
     }
     let file = mshio::parse_msh_bytes(&plain.bytes).map_err(|e| malformed(&plain, &e))?;
     assemble(file, &names)
@@ -73,7 +73,7 @@ fn malformed(plain: &Plain, error: &mshio::MshParserError<&[u8]>) -> MeshError {
         .find(|(_, k)| k.context().is_none())
         .map_or("unexpected end or text".to_string(), |(_, k)| k.to_string());
     MeshError::Malformed {
-        byte: plain.in_file(byte),
+        byte: plain.file_position(byte),
         at: at.join(", "),
         reason,
     }
@@ -86,14 +86,14 @@ fn assemble(file: MshFile<u64, i32, f64>, names: &Names) -> Result<Content, Mesh
     let (positions, tags) = flatten_nodes(&nodes)?;
     let index_of: HashMap<u64, u32> = (0..).zip(&tags).map(|(i, &tag)| (tag, i)).collect();
 
-    let found: u64 = elements
+    let count: u64 = elements
         .element_blocks
         .iter()
         .map(|b| b.elements.len() as u64)
         .sum();
-    check_total("elements", elements.num_elements, found)?;
-    let all = elements.element_blocks.iter().flat_map(|b| &b.elements);
-    check_tags("element", all.map(|e| e.element_tag))?;
+    check_total("elements", elements.num_elements, count)?;
+    let all_elements = elements.element_blocks.iter().flat_map(|b| &b.elements);
+    check_tags("element", all_elements.map(|e| e.element_tag))?;
 
     let mut content = Content {
         nodes: positions,
@@ -166,10 +166,10 @@ fn check_tags(what: &'static str, tags: impl Iterator<Item = u64>) -> Result<(),
 
 /// Positions (in the file's unit) and tags of all nodes, in the order of the file.
 fn flatten_nodes(nodes: &Nodes<u64, i32, f64>) -> Result<(Vec<[f64; 3]>, Vec<u64>), MeshError> {
-    let found = nodes.node_blocks.iter().map(|b| b.nodes.len() as u64).sum();
-    check_total("nodes", nodes.num_nodes, found)?;
-    let mut positions = Vec::with_capacity(found as usize);
-    let mut tags = vec![0; found as usize];
+    let count = nodes.node_blocks.iter().map(|b| b.nodes.len() as u64).sum();
+    check_total("nodes", nodes.num_nodes, count)?;
+    let mut positions = Vec::with_capacity(count as usize);
+    let mut tags = vec![0; count as usize];
     for block in &nodes.node_blocks {
         // A map with fewer tags than nodes leaves tag 0 (never valid) for one of them.
         for (&tag, &i) in block.node_tags.iter().flatten() {
@@ -202,10 +202,10 @@ fn groups_of(
         let names = group_names(names, of_all);
         let of_entity = physical.iter().map(|(&(dimension, entity), tags)| {
             let name = |tag: &u32| names[&(dimension as u8, *tag)].clone();
-            let mut own: Vec<String> = tags.iter().map(name).collect();
-            own.sort();
-            own.dedup();
-            ((dimension, entity), own)
+            let mut names: Vec<String> = tags.iter().map(name).collect();
+            names.sort();
+            names.dedup();
+            ((dimension, entity), names)
         });
         (of_entity.collect(), names)
     } else {
@@ -245,18 +245,18 @@ fn physical_of(
         .volumes
         .iter()
         .map(|e| (3, e.tag, &e.physical_tags));
-    let mut found = BTreeMap::new();
+    let mut names = BTreeMap::new();
     for (dimension, tag, physical) in points.chain(curves).chain(surfaces).chain(volumes) {
         // The sign is an orientation.
         let tags: Vec<u32> = physical.iter().map(|tag| tag.unsigned_abs()).collect();
-        if found.insert((dimension, tag), tags).is_some() {
+        if names.insert((dimension, tag), tags).is_some() {
             return Err(MeshError::TagTwice {
                 what: "entity",
                 tag: tag.unsigned_abs().into(),
             });
         }
     }
-    Ok(found)
+    Ok(names)
 }
 
 fn check_block(
@@ -290,8 +290,8 @@ fn append_block(
         for e in &block.elements {
             let node = |i: usize| index_of[&e.nodes[i]];
             let all = 0..e.nodes.len();
-            let solid = element::ElementType::with_nodes(all.len()).filter(|_| dimension == 3);
-            let nodes: Vec<u32> = match solid.map(from_gmsh) {
+            let solid = element::ElementType::from_node_count(all.len()).filter(|_| dimension == 3);
+            let nodes: Vec<u32> = match solid.map(gmsh_positions) {
                 Some(order) => order.iter().map(|&i| node(i)).collect(),
                 None => all.map(node).collect(),
             };
@@ -343,7 +343,7 @@ mod tests {
             .map(|(name, group)| (name.as_str(), group.dimension))
             .collect();
         assert_eq!(groups, [("blade", 3), ("wall", 2), ("wall (curve)", 1)]);
-        assert_eq!(content.elements.of(0), [0, 1, 2, 3]);
+        assert_eq!(content.elements.element_nodes(0), [0, 1, 2, 3]);
         assert_eq!(content.remarks, [""; 0]);
         content
     }

@@ -11,8 +11,8 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 
 use super::collapse;
 use super::content::Content;
-use super::gmsh_order::{COMPLETE, dimension_and_nodes, entity_names, from_gmsh, group_names};
-use super::numbers::Numbers;
+use super::gmsh_order::{COMPLETE, dimension_and_nodes, entity_names, gmsh_positions, group_names};
+use super::numbers::SectionNumbers;
 use super::sections::{Encoding, Names, Sections, physical_names};
 use crate::element::ElementType;
 use crate::{Group, MeshError, sort_once};
@@ -22,14 +22,14 @@ use crate::{Group, MeshError, sort_once};
 /// # Errors
 /// Bytes that are not a whole mesh in MSH 2.2: see [`MeshError`].
 pub fn parse(bytes: &[u8]) -> Result<Content, MeshError> {
-    let sections = Sections::of(bytes)?;
+    let sections = Sections::parse(bytes)?;
     let format = sections.format(bytes)?;
     if !is_version_2(format.version) {
         return Err(format.other_version());
     }
     let names = physical_names(bytes, &sections, format.version)?;
     let of = |section| {
-        Ok(Numbers {
+        Ok(SectionNumbers {
             bytes,
             encoding: format.encoding,
             section,
@@ -57,13 +57,13 @@ struct Reader<'a> {
     index_of: HashMap<u64, u32>,
     element_tags: HashSet<u64>,
     /// Elements with the tags that Gmsh calls physical and elementary.
-    read: Vec<Element>,
+    read: Vec<MshElement>,
     /// Numbers of the elements by dimension and nodes.
     found: HashMap<(u8, Vec<u32>), u32>,
     groups: BTreeMap<(u8, u32), Group>,
 }
 
-struct Element {
+struct MshElement {
     tag: u64,
     kind: u64,
     dimension: u8,
@@ -92,7 +92,11 @@ impl<'a> Reader<'a> {
 
     /// Reads the nodes. Those of `$ParametricNodes` are followed by the dimension and the tag of an
     /// entity, and by the parameters: one on a curve, two on a surface.
-    fn nodes(&mut self, mut numbers: Numbers<'_>, parametric: bool) -> Result<(), MeshError> {
+    fn nodes(
+        &mut self,
+        mut numbers: SectionNumbers<'_>,
+        parametric: bool,
+    ) -> Result<(), MeshError> {
         let least = match numbers.encoding {
             Encoding::Ascii => "1 0 0 0\n".len(),
             _ => 4 + 3 * 8,
@@ -119,7 +123,7 @@ impl<'a> Reader<'a> {
         check_end(&numbers, count)
     }
 
-    fn elements(&mut self, mut numbers: Numbers<'_>) -> Result<(), MeshError> {
+    fn elements(&mut self, mut numbers: SectionNumbers<'_>) -> Result<(), MeshError> {
         let ascii = numbers.encoding == Encoding::Ascii;
         let least = if ascii { "1 1 0 1 2\n".len() } else { 8 };
         let count = numbers.count(least)?;
@@ -155,7 +159,7 @@ impl<'a> Reader<'a> {
 
     fn element(
         &mut self,
-        numbers: &mut Numbers<'_>,
+        numbers: &mut SectionNumbers<'_>,
         tag: u64,
         kind: u64,
         tags: u64,
@@ -188,7 +192,7 @@ impl<'a> Reader<'a> {
             });
         }
         let [physical, elementary] = groups;
-        self.read.push(Element {
+        self.read.push(MshElement {
             tag,
             kind,
             dimension,
@@ -200,8 +204,8 @@ impl<'a> Reader<'a> {
     }
 
     /// Adds an element, unless it exists already, and puts it into a group.
-    fn keep(&mut self, element: Element, group: u32) -> Result<(), MeshError> {
-        let Element {
+    fn keep(&mut self, element: MshElement, group: u32) -> Result<(), MeshError> {
+        let MshElement {
             tag,
             dimension,
             nodes,
@@ -210,8 +214,8 @@ impl<'a> Reader<'a> {
         let tags = &self.content.node_tags;
         let nodes: Vec<u32> = match dimension {
             3 => {
-                let solid = ElementType::with_nodes(nodes.len());
-                let order = solid.map_or(&[][..], from_gmsh);
+                let solid = ElementType::from_node_count(nodes.len());
+                let order = solid.map_or(&[][..], gmsh_positions);
                 let nodes: Vec<u32> = order.iter().map(|i| nodes[*i]).collect();
                 collapse::solid(tag, &nodes, tags)?.into_owned()
             }
@@ -278,7 +282,7 @@ impl<'a> Reader<'a> {
     }
 }
 
-fn check_end(numbers: &Numbers<'_>, said: usize) -> Result<(), MeshError> {
+fn check_end(numbers: &SectionNumbers<'_>, said: usize) -> Result<(), MeshError> {
     if numbers.is_at_end() {
         return Ok(());
     }
@@ -321,9 +325,9 @@ mod tests {
             let content = parse(bytes).unwrap();
             let shapes = |group: &str| -> BTreeSet<Shape> {
                 let elements = content.groups[group].elements.iter();
-                let nodes = elements.map(|e| content.elements.of(*e as usize).len());
+                let nodes = elements.map(|e| content.elements.element_nodes(*e as usize).len());
                 nodes
-                    .map(|n| ElementType::with_nodes(n).unwrap().shape)
+                    .map(|n| ElementType::from_node_count(n).unwrap().shape)
                     .collect()
             };
             assert_eq!(shapes("hexahedra"), [Shape::Hexahedron].into());
@@ -389,12 +393,15 @@ mod tests {
         let content = one(str::to_owned).unwrap();
         assert_eq!(content.node_tags, [10, 20, 30, 40]);
         assert_eq!(
-            (content.elements.tags(), content.elements.of(0)),
+            (content.elements.tags(), content.elements.element_nodes(0)),
             (&[5][..], &[0, 1, 2, 3][..])
         );
         assert_eq!(content.groups["blade"].elements, [0]);
         assert_eq!(
-            (content.groups["surface 9"].dimension, content.facets.of(0)),
+            (
+                content.groups["surface 9"].dimension,
+                content.facets.element_nodes(0)
+            ),
             (2, &[0, 2, 1][..])
         );
     }

@@ -6,7 +6,7 @@ use super::sections::Encoding;
 use crate::MeshError;
 
 /// Numbers of a section, in their order.
-pub(super) struct Numbers<'a> {
+pub(super) struct SectionNumbers<'a> {
     pub bytes: &'a [u8],
     pub encoding: Encoding,
     pub section: &'static str,
@@ -14,7 +14,7 @@ pub(super) struct Numbers<'a> {
     pub at: Range<usize>,
 }
 
-impl<'a> Numbers<'a> {
+impl<'a> SectionNumbers<'a> {
     pub fn error(&self, byte: usize, reason: impl Into<String>) -> MeshError {
         MeshError::Malformed {
             byte,

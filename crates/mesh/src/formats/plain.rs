@@ -9,8 +9,8 @@
 use std::collections::BTreeMap;
 
 use super::gmsh_order::dimension_and_nodes;
-use super::numbers::Numbers;
-use super::sections::{Encoding, Format, Sections};
+use super::numbers::SectionNumbers;
+use super::sections::{Encoding, MshHeader, Sections};
 use crate::MeshError;
 
 /// Copy of a file.
@@ -21,10 +21,10 @@ pub(super) struct Plain {
 }
 
 /// File to be copied.
-pub(super) struct Source<'a> {
+pub(super) struct MshSource<'a> {
     pub bytes: &'a [u8],
     pub sections: &'a Sections,
-    pub format: Format,
+    pub format: MshHeader,
 }
 
 impl Plain {
@@ -32,7 +32,7 @@ impl Plain {
     ///
     /// # Errors
     /// A section is missing, empty, or broken.
-    pub fn of(source: &Source<'_>, rewrite_nodes: bool) -> Result<Self, MeshError> {
+    pub fn new(source: &MshSource<'_>, rewrite_nodes: bool) -> Result<Self, MeshError> {
         let is_old = source.format.version < 4.1;
         let mut plain = Self {
             bytes: Vec::new(),
@@ -77,7 +77,7 @@ impl Plain {
     }
 
     /// Place in the file of a place in the copy.
-    pub fn in_file(&self, byte: usize) -> usize {
+    pub fn file_position(&self, byte: usize) -> usize {
         let next = self.pieces.partition_point(|[start, _]| *start <= byte);
         let piece = next.checked_sub(1).map(|i| self.pieces[i]);
         piece.map_or(0, |[start, in_file]| in_file + byte - start)
@@ -107,7 +107,7 @@ impl Plain {
     /// Copies a section, with other counts at its head.
     fn copied(
         &mut self,
-        source: &Source<'_>,
+        source: &MshSource<'_>,
         section: &'static str,
         counts: impl Fn([u64; 4]) -> [u64; 4],
     ) -> Result<(), MeshError> {
@@ -124,9 +124,9 @@ impl Plain {
     }
 }
 
-impl<'a> Source<'a> {
-    fn numbers(&self, section: &'static str) -> Result<Numbers<'a>, MeshError> {
-        Ok(Numbers {
+impl<'a> MshSource<'a> {
+    fn numbers(&self, section: &'static str) -> Result<SectionNumbers<'a>, MeshError> {
+        Ok(SectionNumbers {
             bytes: self.bytes,
             encoding: self.format.encoding,
             section,
@@ -141,7 +141,7 @@ impl<'a> Source<'a> {
     /// Counts at the head of `$Nodes` and `$Elements`: blocks, total, lowest and highest tag.
     fn counts(
         &self,
-        numbers: &mut Numbers<'_>,
+        numbers: &mut SectionNumbers<'_>,
         section: &'static str,
     ) -> Result<[u64; 4], MeshError> {
         let missing = |_| MeshError::MissingSection { section };
@@ -166,7 +166,7 @@ impl<'a> Source<'a> {
     }
 
     /// Head of a block: dimension and tag of its entity, a third number, and the number of items.
-    fn block(&self, numbers: &mut Numbers<'_>) -> Result<([i64; 3], u64), MeshError> {
+    fn block(&self, numbers: &mut SectionNumbers<'_>) -> Result<([i64; 3], u64), MeshError> {
         let [a, b, third] = [numbers.int()?, numbers.int()?, numbers.int()?];
         let [dimension, tag] = if self.is_old() { [b, a] } else { [a, b] };
         Ok(([dimension, tag, third], numbers.size()?))
@@ -187,7 +187,7 @@ impl Writer {
         }
     }
 
-    fn put<const N: usize>(&mut self, text: impl FnOnce() -> String, little: [u8; N]) {
+    fn write_field<const N: usize>(&mut self, text: impl FnOnce() -> String, little: [u8; N]) {
         match self.encoding {
             Encoding::Ascii => {
                 self.out.extend(text().bytes());
@@ -199,21 +199,21 @@ impl Writer {
     }
 
     fn int(&mut self, value: i64) {
-        self.put(|| value.to_string(), (value as i32).to_le_bytes());
+        self.write_field(|| value.to_string(), (value as i32).to_le_bytes());
     }
 
     fn size(&mut self, value: u64) {
-        self.put(|| value.to_string(), value.to_le_bytes());
+        self.write_field(|| value.to_string(), value.to_le_bytes());
     }
 
     fn float(&mut self, value: f64) {
-        self.put(|| format!("{value:?}"), value.to_le_bytes());
+        self.write_field(|| format!("{value:?}"), value.to_le_bytes());
     }
 }
 
 /// Entities without their boundaries, including the entities of partitions.
-fn entities(source: &Source<'_>, out: &mut Vec<u8>) -> Result<(), MeshError> {
-    let mut found: BTreeMap<(usize, i64), Vec<u8>> = BTreeMap::new();
+fn entities(source: &MshSource<'_>, out: &mut Vec<u8>) -> Result<(), MeshError> {
+    let mut entities: BTreeMap<(usize, i64), Vec<u8>> = BTreeMap::new();
     for section in ["Entities", "PartitionedEntities"] {
         if source.sections.content(section).is_none() {
             continue;
@@ -233,24 +233,24 @@ fn entities(source: &Source<'_>, out: &mut Vec<u8>) -> Result<(), MeshError> {
         for (dimension, count) in counts.into_iter().enumerate() {
             for _ in 0..count {
                 let (tag, bytes) = entity(source, &mut numbers, dimension, partitioned)?;
-                found.insert((dimension, tag), bytes);
+                entities.insert((dimension, tag), bytes);
             }
         }
     }
     let mut writer = Writer::new(source.format.encoding);
     for dimension in 0..4 {
-        let own = found.keys().filter(|(d, _)| *d == dimension);
-        writer.size(own.count() as u64);
+        let entity_keys = entities.keys().filter(|(d, _)| *d == dimension);
+        writer.size(entity_keys.count() as u64);
     }
     out.append(&mut writer.out);
-    out.extend(found.into_values().flatten());
+    out.extend(entities.into_values().flatten());
     Ok(())
 }
 
 /// Tag of an entity, and its bytes in the copy.
 fn entity(
-    source: &Source<'_>,
-    numbers: &mut Numbers<'_>,
+    source: &MshSource<'_>,
+    numbers: &mut SectionNumbers<'_>,
     dimension: usize,
     partitioned: bool,
 ) -> Result<(i64, Vec<u8>), MeshError> {
@@ -294,7 +294,7 @@ fn entity(
 }
 
 /// Nodes without parameters.
-fn nodes(source: &Source<'_>, out: &mut Vec<u8>) -> Result<(), MeshError> {
+fn nodes(source: &MshSource<'_>, out: &mut Vec<u8>) -> Result<(), MeshError> {
     let mut numbers = source.numbers("Nodes")?;
     let [blocks, total, ..] = source.counts(&mut numbers, "Nodes")?;
     let mut writer = Writer::new(source.format.encoding);
@@ -332,7 +332,7 @@ fn nodes(source: &Source<'_>, out: &mut Vec<u8>) -> Result<(), MeshError> {
 }
 
 /// Elements of MSH 4.0 in the order of MSH 4.1.
-fn elements(source: &Source<'_>, out: &mut Vec<u8>) -> Result<(), MeshError> {
+fn elements(source: &MshSource<'_>, out: &mut Vec<u8>) -> Result<(), MeshError> {
     let mut numbers = source.numbers("Elements")?;
     let [blocks, total, ..] = source.counts(&mut numbers, "Elements")?;
     let mut writer = Writer::new(source.format.encoding);

@@ -14,12 +14,12 @@ pub(super) enum Encoding {
 
 /// Header of a file.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Format {
+pub(super) struct MshHeader {
     pub version: f64,
     pub encoding: Encoding,
 }
 
-impl Format {
+impl MshHeader {
     /// Error of a version that is not read.
     pub fn other_version(self) -> MeshError {
         MeshError::Version {
@@ -57,7 +57,7 @@ fn malformed(byte: usize, name: &str, reason: impl Into<String>) -> MeshError {
     }
 }
 
-struct Section {
+struct FileSection {
     name: String,
     /// Range between the line of its name and its `$End`.
     content: Range<usize>,
@@ -65,7 +65,7 @@ struct Section {
 
 /// All sections of a file, in their order. Text inside a section that looks like the beginning of
 /// another one does not count; lines between sections are skipped, as Gmsh does.
-pub(super) struct Sections(Vec<Section>);
+pub(super) struct Sections(Vec<FileSection>);
 
 /// Sections that a file has at most once.
 const ONCE: [&str; 7] = [
@@ -81,8 +81,8 @@ const ONCE: [&str; 7] = [
 impl Sections {
     /// # Errors
     /// A section without an end, or a second one of a name.
-    pub fn of(bytes: &[u8]) -> Result<Self, MeshError> {
-        let mut found: Vec<Section> = Vec::new();
+    pub fn parse(bytes: &[u8]) -> Result<Self, MeshError> {
+        let mut sections: Vec<FileSection> = Vec::new();
         let mut at = match bytes.starts_with(b"\xef\xbb\xbf") {
             true => 3,
             false => 0,
@@ -107,14 +107,14 @@ impl Sections {
             let Some(length) = find_word(rest, end.as_bytes()) else {
                 return Err(malformed(at, &name, format!("it has no {end}")));
             };
-            if found.iter().any(|s| s.name == name) && ONCE.contains(&name.as_str()) {
+            if sections.iter().any(|s| s.name == name) && ONCE.contains(&name.as_str()) {
                 return Err(malformed(at, &name, "the file has it twice"));
             }
             let content = behind..behind + length;
             at = content.end + end.len();
-            found.push(Section { name, content });
+            sections.push(FileSection { name, content });
         }
-        Ok(Self(found))
+        Ok(Self(sections))
     }
 
     /// Range of the content of a section.
@@ -136,7 +136,7 @@ impl Sections {
     ///
     /// # Errors
     /// The header is missing or not understood.
-    pub fn format(&self, bytes: &[u8]) -> Result<Format, MeshError> {
+    pub fn format(&self, bytes: &[u8]) -> Result<MshHeader, MeshError> {
         let content = self.content("MeshFormat").ok_or(MeshError::NotMsh)?;
         let content = bytes[content].trim_ascii_start();
         let end = content.iter().position(|&b| b == b'\n');
@@ -155,7 +155,7 @@ impl Sections {
         };
         let version = words.first().and_then(|word| word.parse().ok());
         match version.zip(encoding) {
-            Some((version, encoding)) => Ok(Format { version, encoding }),
+            Some((version, encoding)) => Ok(MshHeader { version, encoding }),
             None => Err(MeshError::Header { line }),
         }
     }
@@ -181,11 +181,11 @@ pub(super) fn physical_names(
     let said = lines.next().unwrap_or("nothing").to_string();
     let mut names = Names::new();
     for line in lines {
-        let found = match version {
+        let parsed_name = match version {
             2.0 => physical_name(&format!("{ANY_DIMENSION} {line}")),
             _ => physical_name(line).filter(|((dimension, _), _)| *dimension <= 3),
         };
-        let (key, name) = found.ok_or_else(|| MeshError::PhysicalName {
+        let (key, name) = parsed_name.ok_or_else(|| MeshError::PhysicalName {
             line: line.chars().take(80).collect(),
         })?;
         if names.insert(key, name).is_some() {

@@ -10,7 +10,7 @@ use std::ops::Range;
 const LANES: usize = 8;
 
 /// Block of 3 x 3, by rows.
-type Block = [f32; 9];
+type PairBlock = [f32; 9];
 
 /// Blocks of 3 x 3 of a symmetric matrix, by rows of blocks.
 #[derive(Debug)]
@@ -19,18 +19,18 @@ pub struct NearField {
     starts: Vec<usize>,
     /// Column of each block, counted in blocks.
     columns: Vec<u32>,
-    blocks: Vec<Block>,
+    blocks: Vec<PairBlock>,
 }
 
 impl NearField {
     /// Blocks of rows and columns `indices` of `matrix`, three by three, whose lower triangle is read
     /// where `indices` ascend. A block A_ij is among them where the Frobenius norm of
     /// `A_ii^-1/2 A_ij A_jj^-1/2`, with diagonals alone, is above `least`, and where i = j.
-    pub fn of(matrix: MatRef<'_, f64>, indices: &[usize], least: f64) -> Self {
+    pub fn new(matrix: MatRef<'_, f64>, indices: &[usize], least: f64) -> Self {
         let count = indices.len() / 3;
         let diagonal = |&i: &usize| matrix[(i, i)].abs().sqrt();
         let roots: Vec<f64> = indices.iter().map(diagonal).collect();
-        let on_and_below = |column: usize| -> Vec<(usize, Block)> {
+        let on_and_below = |column: usize| -> Vec<(usize, PairBlock)> {
             let block = |row: usize| {
                 let place = |k: usize| [3 * row + k / 3, 3 * column + k % 3];
                 let values: [f64; 9] = std::array::from_fn(|k| {
@@ -47,7 +47,7 @@ impl NearField {
             (column..count).filter_map(block).collect()
         };
         let lower: Vec<_> = (0..count).into_par_iter().map(on_and_below).collect();
-        let mut rows: Vec<Vec<(u32, Block)>> = vec![Vec::new(); count];
+        let mut rows: Vec<Vec<(u32, PairBlock)>> = vec![Vec::new(); count];
         // By ascending columns: first those left of the diagonal.
         for (column, below) in lower.iter().enumerate() {
             for (row, block) in below {
@@ -179,7 +179,7 @@ mod tests {
         let indices: Vec<usize> = (0..n).filter(|i| (i / 3) % 4 != 1).collect();
         let m = indices.len();
         for columns in [1, 3, 8, 11] {
-            let near = NearField::of(full.as_ref(), &indices, 1e-3);
+            let near = NearField::new(full.as_ref(), &indices, 1e-3);
             let x = Mat::from_fn(m, columns, |i, j| ((i + 3 * j) as f32).cos());
             let y = near.times(x.as_ref());
             let mut blocks = 0;

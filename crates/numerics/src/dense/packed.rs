@@ -39,7 +39,7 @@ pub fn add_symmetric_product(a: MatRef<'_, f64>, x: MatRef<'_, f64>, mut y: MatM
     match &blocks[..] {
         [] => {}
         [whole] => add(whole, y),
-        many => y += in_two_sums(many.split_at(many.len() / 2), y.shape(), add),
+        many => y += sum_in_halves(many.split_at(many.len() / 2), y.shape(), add),
     }
 }
 
@@ -53,7 +53,7 @@ pub fn quadratic_forms(a: MatRef<'_, f64>, x: MatRef<'_, f64>) -> Vec<f64> {
 
 /// Sum of what blocks add to zeros of this shape: that of the first and that of the second blocks on a
 /// thread each. There are two sums whatever the number of threads.
-fn in_two_sums<T: ComplexField, B: Sync>(
+fn sum_in_halves<T: ComplexField, B: Sync>(
     (first, second): (&[B], &[B]),
     (rows, columns): (usize, usize),
     add: impl Fn(&B, MatMut<'_, T>) + Sync,
@@ -88,7 +88,7 @@ fn add_block<T: ComplexField>(
 #[derive(Debug)]
 pub struct PackedSymmetric {
     /// Blocks of the lower triangle, column of blocks by column of blocks.
-    blocks: Vec<Block>,
+    blocks: Vec<PackedBlock>,
     /// Entries of all blocks, each by columns.
     entries: Vec<f32>,
     /// First block of the second half of the work.
@@ -96,7 +96,7 @@ pub struct PackedSymmetric {
 }
 
 #[derive(Debug)]
-struct Block {
+struct PackedBlock {
     /// Rows and columns.
     places: [Range<usize>; 2],
     /// Index of the first entry of the block in `entries`.
@@ -106,7 +106,7 @@ struct Block {
 impl PackedSymmetric {
     /// Packs rows and columns `indices` of `matrix`, whose lower triangle is read where `indices`
     /// ascend.
-    pub fn of(matrix: MatRef<'_, f64>, indices: &[usize]) -> Self {
+    pub fn new(matrix: MatRef<'_, f64>, indices: &[usize]) -> Self {
         let size = indices.len();
         let count = lower_blocks(size).map(|[rows, columns]| rows.len() * columns.len());
         let mut entries = Vec::with_capacity(count.sum());
@@ -117,7 +117,7 @@ impl PackedSymmetric {
             for &j in columns {
                 entries.extend(rows.iter().map(|&i| matrix[(i, j)] as f32));
             }
-            blocks.push(Block { places, start });
+            blocks.push(PackedBlock { places, start });
         }
         let middle = blocks.partition_point(|block| block.start < entries.len() / 2);
         Self {
@@ -135,7 +135,7 @@ impl PackedSymmetric {
     /// Computes y = A x, x and y of as many rows as A.
     pub fn times(&self, x: MatRef<'_, f32>, mut y: MatMut<'_, f32>) {
         let halves = self.blocks.split_at(self.middle);
-        y.copy_from(in_two_sums(halves, y.shape(), |block, y| {
+        y.copy_from(sum_in_halves(halves, y.shape(), |block, y| {
             let places = block.places.clone();
             let [rows, columns] = places.each_ref().map(|of| of.len());
             let entries = &self.entries[block.start..block.start + rows * columns];
@@ -156,7 +156,7 @@ mod tests {
         // In blocks, in one block, and in one of a few rows.
         for step in [1, 2, 200] {
             let indices: Vec<usize> = (0..n).step_by(step).collect();
-            let blocks = PackedSymmetric::of(full.as_ref(), &indices);
+            let blocks = PackedSymmetric::new(full.as_ref(), &indices);
             let m = indices.len();
             let x = Mat::from_fn(m, 7, |i, j| ((i + 3 * j) as f32).cos());
             let mut y = Mat::zeros(m, 7);

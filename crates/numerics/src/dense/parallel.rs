@@ -13,7 +13,7 @@ const WIDTH: usize = 64;
 /// Number of columns that [`cholesky`] eliminates together.
 const BLOCK: usize = 256;
 
-/// Number of rows in a block of [`in_rows`].
+/// Number of rows in a block of [`run_row_blocks`].
 const ROWS: usize = 256;
 
 /// Product `a b` (transposes are views: `product(a.transpose(), b)`).
@@ -41,7 +41,7 @@ pub fn symmetric_times(a: MatRef<'_, f64>, x: &[f64], y: &mut [f64]) {
 }
 
 /// Runs `each` on blocks of rows, with the first row of each, on all threads.
-pub(crate) fn in_rows(a: MatMut<'_, f64>, each: impl Fn(usize, MatMut<'_, f64>) + Sync) {
+pub(crate) fn run_row_blocks(a: MatMut<'_, f64>, each: impl Fn(usize, MatMut<'_, f64>) + Sync) {
     if a.nrows() == 0 || a.ncols() == 0 {
     } else if a.nrows() <= 2 * ROWS {
         each(0, a);
@@ -53,7 +53,7 @@ pub(crate) fn in_rows(a: MatMut<'_, f64>, each: impl Fn(usize, MatMut<'_, f64>) 
 }
 
 /// Runs `each` on blocks of columns, with the first column of each, on all threads.
-pub(crate) fn in_columns(a: MatMut<'_, f64>, each: impl Fn(usize, MatMut<'_, f64>) + Sync) {
+pub(crate) fn run_column_blocks(a: MatMut<'_, f64>, each: impl Fn(usize, MatMut<'_, f64>) + Sync) {
     if a.nrows() == 0 || a.ncols() == 0 {
     } else if a.nrows() * a.ncols() <= 2 * ROWS * WIDTH {
         each(0, a);
@@ -74,7 +74,7 @@ pub fn cholesky(mut a: Mat<f64>) -> Option<Mat<f64>> {
         let (mut pivots, mut below) = left.get_mut(start.., start..).split_at_row_mut(width);
         let factor = super::cholesky(pivots.to_owned()).ok()?;
         pivots.copy_from(&factor);
-        in_rows(below.rb_mut(), |_, rows| {
+        run_row_blocks(below.rb_mut(), |_, rows| {
             solve_lower_triangular_in_place(factor.as_ref(), rows.transpose_mut(), Par::Seq);
         });
         let trailing = right.get_mut(start + width.., ..);

@@ -13,7 +13,7 @@ use std::sync::{Mutex, Once, PoisonError};
 use faer::{Mat, MatRef};
 use nalgebra_sparse::CscMatrix;
 
-use super::iteration::{Found, SPARE, start_entry};
+use super::iteration::{FoundModes, SPARE, start_entry};
 use super::{EigenError, Modes};
 use crate::sparse::{self, Cholesky};
 use crate::vector::dot;
@@ -34,11 +34,11 @@ pub(super) fn lowest(
     mass: &CscMatrix<f64>,
     factor: &Cholesky,
     wanted: usize,
-) -> Result<Found, EigenError> {
+) -> Result<FoundModes, EigenError> {
     let n = mass.nrows();
     let wanted = wanted.min(n - 2);
     let vectors = basis(wanted).min(n - 1);
-    Ok(Found {
+    Ok(FoundModes {
         modes: lanczos(mass, factor, wanted, vectors)?,
         columns: vectors,
         exhausted: false,
@@ -52,7 +52,7 @@ fn lanczos(
     wanted: usize,
     vectors: usize,
 ) -> Result<Modes, EigenError> {
-    let mut run = Run::new(mass.nrows(), wanted, vectors)?;
+    let mut run = ArpackRun::new(mass.nrows(), wanted, vectors)?;
     let _alone = ONE_RUN_AT_A_TIME
         .lock()
         .unwrap_or_else(PoisonError::into_inner);
@@ -85,8 +85,8 @@ fn blas_on_one_thread() {
 /// Function of a loaded library, by its name.
 fn function(name: &CStr) -> Option<*mut std::ffi::c_void> {
     // SAFETY: the name ends with a zero byte; the default handle is always valid.
-    let found = unsafe { libc::dlsym(libc::RTLD_DEFAULT, name.as_ptr()) };
-    (!found.is_null()).then_some(found)
+    let symbol = unsafe { libc::dlsym(libc::RTLD_DEFAULT, name.as_ptr()) };
+    (!symbol.is_null()).then_some(symbol)
 }
 
 const PROBLEM: &CStr = c"G"; // generalised
@@ -94,7 +94,7 @@ const WHICH: &CStr = c"LM"; // the largest of the inverse
 
 /// Arrays that ARPACK works on, of the lengths that the Users' Guide requires: resid n, v n x ncv,
 /// workd 3n, workl ncv (ncv + 8), iparam and ipntr 11.
-struct Run {
+struct ArpackRun {
     n: usize,
     wanted: usize,
     vectors: usize,
@@ -108,7 +108,7 @@ struct Run {
     ipntr: [c_int; 11],
 }
 
-impl Run {
+impl ArpackRun {
     fn new(n: usize, wanted: usize, vectors: usize) -> Result<Self, EigenError> {
         let too_large = |_| EigenError::TooLarge { unknowns: n };
         let mut iparam: [c_int; 11] = [0; 11];
@@ -141,7 +141,7 @@ impl Run {
         let mut product = vec![0.0; n];
         let (mut ido, mut info): (c_int, c_int) = (0, 1); // info = 1: start from `residual`
         loop {
-            // SAFETY: all arrays have the lengths that the Users' Guide asks for (see `Run`), live
+            // SAFETY: all arrays have the lengths that the Users' Guide asks for (see `ArpackRun`), live
             // across the loop, and are touched by no one else; the lock keeps ARPACK's static state
             // to this run; the strings are constants.
             unsafe {
@@ -250,7 +250,9 @@ impl Run {
 mod tests {
     use super::*;
     use crate::eigen::sturm::complete;
-    use crate::eigen::{Last, Pencil, assert_like_dense, cantilever, lowest_modes as lowest_of};
+    use crate::eigen::{
+        LastModes, Pencil, assert_like_dense, cantilever, lowest_modes as lowest_of,
+    };
 
     #[test]
     fn openblas_where_it_is_the_blas_has_one_thread() {
@@ -314,7 +316,7 @@ mod tests {
         let without = |missed: [usize; 2]| {
             let modes = lanczos(&m, &factor, 10, 24)?;
             let keep: Vec<usize> = (0..10).filter(|i| !missed.contains(i)).collect();
-            Ok(Found {
+            Ok(FoundModes {
                 modes: Modes {
                     omega2: keep.iter().map(|&i| modes.omega2[i]).collect(),
                     vectors: Mat::from_fn(k.nrows(), 8, |i, j| modes.vectors[(i, keep[j])]),
@@ -325,7 +327,7 @@ mod tests {
         };
         let none = Modes::none(k.nrows());
         for missed in [[0, 1], [2, 5]] {
-            let modes = complete(&pencil, 6, Last::Given, &none, |_| without(missed)).unwrap();
+            let modes = complete(&pencil, 6, LastModes::Given, &none, |_| without(missed)).unwrap();
             assert_like_dense(&k, &m, &modes, 6);
         }
     }

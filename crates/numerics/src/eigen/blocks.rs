@@ -13,11 +13,11 @@ use faer::{Mat, MatRef};
 use nalgebra_sparse::CscMatrix;
 
 use super::dense::largest_first;
-use super::iteration::{Found, start_entry};
+use super::iteration::{FoundModes, start_entry};
 use super::orthonormal::{orthonormalise, project_out, subtract};
 use super::{EigenError, Modes};
 use crate::dense::parallel::product;
-use crate::memory::ask_for;
+use crate::memory::check_available;
 use crate::sparse::{Cholesky, symmetric_product};
 
 /// Least number of columns of a block.
@@ -29,7 +29,7 @@ const CONVERGED: f64 = 1e-9;
 const SEPARATE: f64 = 1e-7;
 
 /// Task of one iteration.
-pub(super) struct Search<'a> {
+pub(super) struct IterationTask<'a> {
     /// Lowest modes that are known, of unit modal mass.
     pub known: &'a Modes,
     /// Number of modes wanted, with the known ones.
@@ -42,7 +42,7 @@ pub(super) struct Search<'a> {
     pub room: usize,
 }
 
-impl<'a> Search<'a> {
+impl<'a> IterationTask<'a> {
     /// First search for a number of modes.
     pub fn first(known: &'a Modes, wanted: usize) -> Self {
         Self {
@@ -55,13 +55,13 @@ impl<'a> Search<'a> {
     }
 }
 
-/// The lowest modes that are wanted. [`Found`] has the reasons for fewer.
+/// The lowest modes that are wanted. [`FoundModes`] has the reasons for fewer.
 pub(super) fn lanczos(
     mass: &CscMatrix<f64>,
     factor: &Cholesky,
-    search: &Search<'_>,
-) -> Result<Found, EigenError> {
-    let &Search {
+    search: &IterationTask<'_>,
+) -> Result<FoundModes, EigenError> {
+    let &IterationTask {
         known,
         wanted,
         width,
@@ -70,11 +70,11 @@ pub(super) fn lanczos(
     let n = mass.nrows();
     let room = ((6 * wanted + 10 * width) * search.room).min(n);
     let needed = 2 * 8 * (n * (room + width)) as u64;
-    ask_for(needed).map_err(|source| EigenError::TooLittleMemory {
+    check_available(needed).map_err(|source| EigenError::TooLittleMemory {
         unknowns: n,
         source,
     })?;
-    let mut basis = Basis::of(known, wanted, room + width, mass);
+    let mut basis = Basis::new(known, wanted, room + width, mass);
     let mut longest = 0.0;
     let mut next = fresh_block(mass, factor, &basis, width, search.seed);
     let (mut weighted, _) = orthonormalise(mass, basis.spanned(), &mut next, &mut longest);
@@ -95,7 +95,7 @@ pub(super) fn lanczos(
         below.copy_from(&remainder);
         let ritz = basis.ritz(columns, &remainder, wanted)?;
         if ritz.converged == wanted || ritz.is_apart() {
-            return Ok(basis.found(known, &ritz, false));
+            return Ok(basis.converged_modes(known, &ritz, false));
         }
         if next.ncols() == 0 {
             // An invariant space without the rest of the modes: continue in another one.
@@ -109,13 +109,13 @@ pub(super) fn lanczos(
             weighted = orthonormalise(mass, basis.spanned(), &mut next, &mut longest).0;
             let all_converged = ritz.converged == ritz.lowest.len();
             if next.ncols() == 0 && all_converged && end > 0 {
-                return Ok(basis.found(known, &ritz, true));
+                return Ok(basis.converged_modes(known, &ritz, true));
             }
         }
         // No direction has a length, as with masses whose products leave the range of f64.
         if next.ncols() == 0 || end + next.ncols() > room {
             if ritz.converged > basis.known.len() {
-                return Ok(basis.found(known, &ritz, false));
+                return Ok(basis.converged_modes(known, &ritz, false));
             }
             return Err(EigenError::Basis {
                 converged: ritz.converged,
@@ -222,7 +222,7 @@ impl Ritz {
 
 impl<'a> Basis<'a> {
     /// Basis of the lowest of the `known` modes, with room for `most` columns.
-    fn of(known: &'a Modes, wanted: usize, most: usize, mass: &CscMatrix<f64>) -> Self {
+    fn new(known: &'a Modes, wanted: usize, most: usize, mass: &CscMatrix<f64>) -> Self {
         let n = mass.nrows();
         let columns = known.count().min(wanted);
         let most = most + columns;
@@ -254,7 +254,7 @@ impl<'a> Basis<'a> {
     }
 
     /// The modes that have converged.
-    fn found(&self, known: &Modes, ritz: &Ritz, exhausted: bool) -> Found {
+    fn converged_modes(&self, known: &Modes, ritz: &Ritz, exhausted: bool) -> FoundModes {
         let lowest = &ritz.lowest[..ritz.converged];
         let new = lowest
             .iter()
@@ -271,17 +271,17 @@ impl<'a> Basis<'a> {
         let vectors = match self.known {
             [] => new,
             _ => {
-                let mut all = Mat::zeros(new.nrows(), lowest.len());
-                for (mut into, origin) in all.col_iter_mut().zip(lowest) {
+                let mut columns = Mat::zeros(new.nrows(), lowest.len());
+                for (mut into, origin) in columns.col_iter_mut().zip(lowest) {
                     into.copy_from(match *origin {
                         Origin::Known(i) => known.vectors.col(i),
                         Origin::New(i) => new.col(i),
                     });
                 }
-                all
+                columns
             }
         };
-        Found {
+        FoundModes {
             modes: Modes { omega2, vectors },
             columns: self.vectors.ncols(),
             exhausted,
@@ -307,9 +307,9 @@ impl<'a> Basis<'a> {
 mod tests {
     use super::*;
     use crate::eigen::orthonormal::ROWS;
-    use crate::eigen::{Last, assert_like_dense, cantilever, modes_by_blocks as lowest_modes};
+    use crate::eigen::{LastModes, assert_like_dense, cantilever, modes_by_blocks as lowest_modes};
     use dovetail_testkit::lattice::Lattice;
-    use dovetail_testkit::threads::on_threads;
+    use dovetail_testkit::threads::run_on_threads;
 
     #[test]
     fn modes_that_are_known_are_not_iterated_for_again() {
@@ -318,15 +318,16 @@ mod tests {
             let (k, m, factor) = cantilever([12, 6, 6], irregularity);
             let none = Modes::none(k.nrows());
             for count in [1, 15] {
-                let known = lowest_modes(&k, &m, count, &factor, &none, Last::Given).unwrap();
-                let modes = lowest_modes(&k, &m, 2 * count, &factor, &known, Last::Given).unwrap();
+                let known = lowest_modes(&k, &m, count, &factor, &none, LastModes::Given).unwrap();
+                let modes =
+                    lowest_modes(&k, &m, 2 * count, &factor, &known, LastModes::Given).unwrap();
                 assert_like_dense(&k, &m, &modes, 2 * count);
             }
             let basis = |known: &Modes| {
-                let search = Search::first(known, 30);
+                let search = IterationTask::first(known, 30);
                 lanczos(&m, &factor, &search).unwrap().columns
             };
-            let known = lowest_modes(&k, &m, 24, &factor, &none, Last::Given).unwrap();
+            let known = lowest_modes(&k, &m, 24, &factor, &none, LastModes::Given).unwrap();
             let (anew, further) = (basis(&none), basis(&known) - 24);
             assert!(further + 2 * BLOCK <= anew, "{further} {anew}");
         }
@@ -336,7 +337,7 @@ mod tests {
     fn a_space_that_ends_is_spanned() {
         // All modes: the blocks run out of directions.
         let (k, m, factor) = cantilever([3, 2, 2], 0.1);
-        let modes = lowest_modes(&k, &m, 24, &factor, &Modes::none(24), Last::Given).unwrap();
+        let modes = lowest_modes(&k, &m, 24, &factor, &Modes::none(24), LastModes::Given).unwrap();
         assert_like_dense(&k, &m, &modes, 24);
         // Three eigenvalues, each as often as `times`; a block of start vectors spans 48 directions
         // at most.
@@ -349,7 +350,7 @@ mod tests {
             }
             let none = Modes::none(3 * times);
             let factor = Cholesky::factor(&k).unwrap();
-            lowest_modes(&k, &m, count, &factor, &none, Last::Given)
+            lowest_modes(&k, &m, count, &factor, &none, LastModes::Given)
         };
         // More of one kind than a block is wide, and several blocks of the widest.
         for (times, count) in [(12, 24), (20, 60), (20, 20), (20, 7), (150, 280)] {
@@ -369,7 +370,7 @@ mod tests {
         std::thread::spawn(move || {
             let factor = Cholesky::factor(&k).unwrap();
             let none = Modes::none(k.nrows());
-            let found = lowest_modes(&k, &m, 4, &factor, &none, Last::Given);
+            let found = lowest_modes(&k, &m, 4, &factor, &none, LastModes::Given);
             send.send(found).unwrap();
         });
         let ended = receive.recv_timeout(std::time::Duration::from_secs(60));
@@ -381,8 +382,16 @@ mod tests {
     fn threads_change_no_bit() {
         let (k, m, factor) = cantilever([30, 14, 12], 0.6);
         let run = |threads: usize| {
-            on_threads(threads, || {
-                lowest_modes(&k, &m, 4, &factor, &Modes::none(k.nrows()), Last::Given).unwrap()
+            run_on_threads(threads, || {
+                lowest_modes(
+                    &k,
+                    &m,
+                    4,
+                    &factor,
+                    &Modes::none(k.nrows()),
+                    LastModes::Given,
+                )
+                .unwrap()
             })
         };
         let (one, three) = (run(1), run(3));

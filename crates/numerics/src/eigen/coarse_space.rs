@@ -52,12 +52,12 @@ pub struct CoarseSpace {
 /// There are none where A is far from positive semi-definite, a weight is not positive, or a number is
 /// not finite.
 pub fn coarse_space(matrix: MatRef<'_, f64>, weights: &[f64], count: usize) -> CoarseSpace {
-    let found = if is_factored(matrix.nrows()) {
+    let space = if is_factored(matrix.nrows()) {
         factored(matrix, weights, count)
     } else {
         smooth(matrix, weights, count)
     };
-    found.unwrap_or_else(|| CoarseSpace {
+    space.unwrap_or_else(|| CoarseSpace {
         motions: Mat::zeros(matrix.nrows(), 0),
         forces: Mat::zeros(matrix.nrows(), 0),
     })
@@ -79,7 +79,7 @@ fn is_factored(unknowns: usize) -> bool {
 /// Motions by inverse iteration with a factor of the matrix.
 fn factored(matrix: MatRef<'_, f64>, weights: &[f64], count: usize) -> Option<CoarseSpace> {
     let motions = softest(matrix, weights, count)?;
-    with_softest(matrix, weights, motions, 0)
+    append_softest(matrix, weights, motions, 0)
 }
 
 /// Smooth motions, with the softest ones found accurately.
@@ -94,12 +94,12 @@ fn smooth(matrix: MatRef<'_, f64>, weights: &[f64], count: usize) -> Option<Coar
     };
     let mut motions = Mat::from_fn(matrix.nrows(), 3 * scalar.ncols(), entry);
     orthonormalise(&mut motions, DiagRef::from_slice(weights)).then_some(())?;
-    with_softest(matrix, weights, motions, MOST_ROUNDS)
+    append_softest(matrix, weights, motions, MOST_ROUNDS)
 }
 
 /// As many motions as are given, orthonormal in the inner product of the weights, out of those and of
 /// what is missing of the softest ones after so many rounds.
-fn with_softest(
+fn append_softest(
     matrix: MatRef<'_, f64>,
     weights: &[f64],
     mut motions: Mat<f64>,
@@ -158,13 +158,13 @@ fn further_directions(
     let of_motions = theta[..motions.ncols()].iter().enumerate();
     let left: Vec<Vec<f64>> = of_motions.filter_map(left).collect();
     let left = Mat::from_fn(weights.len(), left.len(), |i, j| left[j][i]);
-    let mut found = independent(&left, weights, DEPENDENT);
+    let mut directions = independent(&left, weights, DEPENDENT);
     // It is orthogonal to the basis but for rounding.
     let weights = DiagRef::from_slice(weights);
-    let weighed = weights * &found;
+    let weighed = weights * &directions;
     let shared = dense::product(basis.transpose(), weighed.as_ref());
-    found -= product(basis.as_ref(), shared.as_ref());
-    (found.ncols() > 0 && orthonormalise(&mut found, weights)).then_some(found)
+    directions -= product(basis.as_ref(), shared.as_ref());
+    (directions.ncols() > 0 && orthonormalise(&mut directions, weights)).then_some(directions)
 }
 
 /// Orthonormal columns in the inner product of `weights`, in their order, without those of which less

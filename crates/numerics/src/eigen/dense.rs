@@ -9,7 +9,7 @@ use faer::linalg::triangular_solve::{
 };
 use faer::{Mat, MatRef, Par, unzip, zip};
 
-use super::{EigenError, Last, Modes, fix_signs, normalise};
+use super::{EigenError, LastModes, Modes, fix_signs, normalise};
 use crate::dense::parallel::product;
 use crate::dense::{self_adjoint_eigen, symmetrised};
 
@@ -30,11 +30,11 @@ pub(super) fn lowest_modes(
     stiffness: MatRef<'_, f64>,
     mass: MatRef<'_, f64>,
     count: usize,
-    last: Last,
+    last: LastModes,
 ) -> Result<Modes, EigenError> {
     let most = match last {
-        Last::Given => count,
-        Last::WithEqual => stiffness.nrows(),
+        LastModes::Given => count,
+        LastModes::WithEqual => stiffness.nrows(),
     };
     let (modes, with_mass) = pencil(stiffness, mass, most, Massless::LeftOut)?;
     let modes = separate(stiffness, mass, modes.lowest(with_mass))?;

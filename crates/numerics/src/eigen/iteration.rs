@@ -7,7 +7,7 @@ pub(super) const SPARE: usize = 2;
 
 /// Modes that an iteration found.
 #[derive(Debug)]
-pub(super) struct Found {
+pub(super) struct FoundModes {
     /// The lowest modes, of unit modal mass. They are fewer than were wanted if the others need an
     /// iteration of their own, or if no other motion has mass.
     pub modes: Modes,

@@ -23,7 +23,7 @@ pub use coarse_space::{CoarseSpace, coarse_space, factor_order, independent};
 use faer::{Mat, MatRef};
 use nalgebra_sparse::CscMatrix;
 
-use blocks::Search;
+use blocks::IterationTask;
 use sturm::complete;
 
 use crate::memory::TooLittle;
@@ -76,7 +76,7 @@ impl Modes {
 
 /// End of a list of the lowest modes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Last {
+pub enum LastModes {
     /// As many modes as are asked for.
     Given,
     /// The modes that are equal to the last one follow it.
@@ -159,7 +159,7 @@ pub fn lowest_modes(
     factor: &Cholesky,
 ) -> Result<Modes, EigenError> {
     let none = Modes::none(stiffness.nrows());
-    more_modes(stiffness, mass, count, factor, &none, Last::Given)
+    more_modes(stiffness, mass, count, factor, &none, LastModes::Given)
 }
 
 /// Computes [`lowest_modes`], or a few more as `last` says. The lowest of them are `known`:
@@ -173,7 +173,7 @@ pub fn more_modes(
     count: usize,
     factor: &Cholesky,
     known: &Modes,
-    last: Last,
+    last: LastModes,
 ) -> Result<Modes, EigenError> {
     let n = stiffness.nrows();
     if mass.nrows() != n {
@@ -212,7 +212,7 @@ pub fn modes_by_arpack(
     mass: &CscMatrix<f64>,
     count: usize,
     factor: &Cholesky,
-    last: Last,
+    last: LastModes,
 ) -> Result<Modes, EigenError> {
     let none = Modes::none(stiffness.nrows());
     let pencil = Pencil {
@@ -236,7 +236,7 @@ pub fn modes_by_blocks(
     count: usize,
     factor: &Cholesky,
     known: &Modes,
-    last: Last,
+    last: LastModes,
 ) -> Result<Modes, EigenError> {
     let pencil = Pencil {
         stiffness,
@@ -244,7 +244,7 @@ pub fn modes_by_blocks(
         factor,
     };
     complete(&pencil, count, last, known, |wanted| {
-        let search = Search::first(known, wanted.min(mass.nrows()));
+        let search = IterationTask::first(known, wanted.min(mass.nrows()));
         blocks::lanczos(mass, factor, &search)
     })
 }
@@ -321,11 +321,11 @@ mod tests {
     use super::*;
 
     /// Both Lanczos methods.
-    fn by_lanczos(
+    fn run_lanczos_methods(
         k: &CscMatrix<f64>,
         m: &CscMatrix<f64>,
         count: usize,
-        last: Last,
+        last: LastModes,
     ) -> [Result<Modes, EigenError>; 2] {
         let factor = Cholesky::factor(k).unwrap();
         assert!(k.nrows() > arpack::smallest_size(count));
@@ -345,7 +345,7 @@ mod tests {
         let equal = [7, 12, 21].map(|count| ([9, 4, 4], 0.0, count));
         for (shape, irregularity, count) in irregular.into_iter().chain(equal) {
             let (k, m, _) = cantilever(shape, irregularity);
-            for modes in by_lanczos(&k, &m, count, Last::Given) {
+            for modes in run_lanczos_methods(&k, &m, count, LastModes::Given) {
                 assert_like_dense(&k, &m, &modes.unwrap(), count);
             }
         }
@@ -370,20 +370,22 @@ mod tests {
         let own = dense::modes(sparse::dense(&k).as_ref(), sparse::dense(&m).as_ref()).unwrap();
         assert!((own.omega2[1] / own.omega2[0] - 1.0).abs() < 1e-9);
         for (blades, count, last) in [
-            (12, 5, Last::Given),
-            (12, 30, Last::WithEqual),
-            (24, 60, Last::Given),
-            (24, 1, Last::WithEqual),
-            (100, 12, Last::WithEqual),
+            (12, 5, LastModes::Given),
+            (12, 30, LastModes::WithEqual),
+            (24, 60, LastModes::Given),
+            (24, 1, LastModes::WithEqual),
+            (100, 12, LastModes::WithEqual),
         ] {
             let (k, m) = (copies(&k, blades), copies(&m, blades));
             let all = own.omega2.iter().flat_map(|w2| vec![*w2; blades]);
             let all: Vec<f64> = all.collect();
             let expected = match last {
-                Last::Given => count,
-                Last::WithEqual => all.partition_point(|w2| *w2 <= all[count - 1] * (1.0 + 1e-9)),
+                LastModes::Given => count,
+                LastModes::WithEqual => {
+                    all.partition_point(|w2| *w2 <= all[count - 1] * (1.0 + 1e-9))
+                }
             };
-            for modes in by_lanczos(&k, &m, count, last) {
+            for modes in run_lanczos_methods(&k, &m, count, last) {
                 let modes = modes.unwrap();
                 assert_eq!(modes.count(), expected, "{blades} blades, {count}");
                 for (i, (w2, exact)) in modes.omega2.iter().zip(&all).enumerate() {
@@ -414,7 +416,7 @@ mod tests {
         for ratio in [1e-4, 1e-8, 1e-10] {
             let spring = ratio * first;
             let held = sparse::sum(&k, spring, &m);
-            for (method, modes) in by_lanczos(&held, &m, 12, Last::Given)
+            for (method, modes) in run_lanczos_methods(&held, &m, 12, LastModes::Given)
                 .into_iter()
                 .enumerate()
             {
@@ -452,8 +454,8 @@ mod tests {
         let exact: Vec<f64> = exact.unwrap().iter().rev().map(|x| x.recip()).collect();
         let none = Modes::none(n);
         for modes in [
-            modes_by_arpack(&k, &m, 12, &factor, Last::Given),
-            modes_by_blocks(&k, &m, 12, &factor, &none, Last::Given),
+            modes_by_arpack(&k, &m, 12, &factor, LastModes::Given),
+            modes_by_blocks(&k, &m, 12, &factor, &none, LastModes::Given),
             lowest_modes(&k, &m, 12, &factor),
             lowest_modes(&k, &m, n, &factor),
         ] {
@@ -506,8 +508,8 @@ mod tests {
         let exact = dense::modes(condensed.as_ref(), part(&m, &with, &with).as_ref()).unwrap();
         let count = 8;
         let found = [
-            modes_by_arpack(&k, &m, count, &factor, Last::Given).unwrap(),
-            modes_by_blocks(&k, &m, count, &factor, &Modes::none(n), Last::Given).unwrap(),
+            modes_by_arpack(&k, &m, count, &factor, LastModes::Given).unwrap(),
+            modes_by_blocks(&k, &m, count, &factor, &Modes::none(n), LastModes::Given).unwrap(),
             lowest_modes(&k, &m, count, &factor).unwrap(),
             lowest_modes(&k, &m, with.len() - 20, &factor).unwrap(),
             lowest_modes(&k, &m, n, &factor).unwrap(),

@@ -94,13 +94,13 @@ fn whiten(u: &mut Mat<f64>, weighted: &mut Mat<f64>, shortest: f64) -> Option<Ma
                 l[(i, j)] -= share * l[(i, p)];
             }
         }
-        let own = l[(j, j)];
-        let independent = own > INDEPENDENT * whole && own.sqrt() > shortest;
+        let pivot = l[(j, j)];
+        let independent = pivot > INDEPENDENT * whole && pivot.sqrt() > shortest;
         if !independent {
             return None;
         }
         for i in j..width {
-            l[(i, j)] /= own.sqrt();
+            l[(i, j)] /= pivot.sqrt();
         }
     }
     for a in [u, weighted] {

@@ -12,9 +12,9 @@ use std::borrow::Cow;
 use faer::{Mat, MatRef};
 use nalgebra_sparse::CscMatrix;
 
-use super::blocks::{self, BLOCK, Search};
-use super::iteration::{Found, SPARE};
-use super::{EigenError, Last, Modes, Pencil, normalise};
+use super::blocks::{self, BLOCK, IterationTask};
+use super::iteration::{FoundModes, SPARE};
+use super::{EigenError, LastModes, Modes, Pencil, normalise};
 use crate::sparse::{negative_eigenvalues, symmetric_product};
 
 /// Largest accepted `|phi - omega^2 K^-1 M phi| / |phi|`: the relative error of omega^2 is no
@@ -37,7 +37,7 @@ const TRIES: usize = 3;
 
 /// Sturm count: the number of eigenvalues below a shift.
 #[derive(Clone, Copy)]
-struct Count {
+struct SturmCount {
     shift: f64,
     expected: usize,
 }
@@ -48,9 +48,9 @@ struct Count {
 pub(super) fn complete(
     pencil: &Pencil<'_>,
     count: usize,
-    last: Last,
+    last: LastModes,
     known: &Modes,
-    first: impl FnOnce(usize) -> Result<Found, EigenError>,
+    first: impl FnOnce(usize) -> Result<FoundModes, EigenError>,
 ) -> Result<Modes, EigenError> {
     let wanted = count + SPARE;
     let (mut known, mut search) = (Cow::Borrowed(known), (wanted, BLOCK));
@@ -77,7 +77,7 @@ pub(super) fn complete(
                     let count = count.min(modes.count());
                     let of = match counted {
                         Some(of) => of,
-                        None => Count::of(pencil, &modes.omega2, count, last)?,
+                        None => SturmCount::new(pencil, &modes.omega2, count, last)?,
                     };
                     let below = modes.omega2.partition_point(|w2| *w2 < of.shift);
                     if below == of.expected {
@@ -107,7 +107,7 @@ pub(super) fn complete(
         outcome = blocks::lanczos(
             pencil.mass,
             pencil.factor,
-            &Search {
+            &IterationTask {
                 known: &known,
                 wanted: wanted.min(pencil.mass.nrows()),
                 width,
@@ -138,20 +138,22 @@ fn judge(pencil: &Pencil<'_>, modes: &Modes) -> Judged {
     let verdict = |j: usize| {
         let (phi, omega2) = (modes.vectors.col(j), modes.omega2[j]);
         let residual = phi - faer::Scale(omega2) * followed.col(j);
-        let own = residual.norm_l2() / phi.norm_l2();
+        let relative_residual = residual.norm_l2() / phi.norm_l2();
         let modal_mass = phi.transpose() * weighted.col(j);
         let quotient = (phi.transpose() * pulled.col(j)) / modal_mass;
         let unlike = (quotient / omega2 - 1.0).abs();
         // False for a NaN.
-        if own < RESIDUAL && unlike < RAYLEIGH && omega2 > 0.0 {
+        if relative_residual < RESIDUAL && unlike < RAYLEIGH && omega2 > 0.0 {
             return None;
         }
-        let own = without_lower(residual, modes, &weighted, j) / phi.norm_l2();
+        let deflated_residual = deflated_length(residual, modes, &weighted, j) / phi.norm_l2();
         let energy = absolute_energy(pencil.stiffness, modes.vectors.col_as_slice(j));
         let rounding = ROUNDINGS * f64::EPSILON * energy / (omega2 * modal_mass);
-        let residual = own.max(unlike);
+        let residual = deflated_residual.max(unlike);
         let accepted = |rounding: f64| {
-            own < RESIDUAL.max(rounding) && unlike < RAYLEIGH.max(rounding) && omega2 > 0.0
+            deflated_residual < RESIDUAL.max(rounding)
+                && unlike < RAYLEIGH.max(rounding)
+                && omega2 > 0.0
         };
         if accepted(rounding.min(MOST_ROUNDING)) {
             return None;
@@ -182,7 +184,7 @@ fn judge(pencil: &Pencil<'_>, modes: &Modes) -> Judged {
 /// Length of a residual of mode j in which the part along each lower mode counts as the part of that
 /// mode in mode j that causes it: a solve by K multiplies this part by the ratio of the squared
 /// frequencies.
-fn without_lower(
+fn deflated_length(
     mut residual: faer::Col<f64>,
     modes: &Modes,
     weighted: &Mat<f64>,
@@ -217,15 +219,15 @@ fn finished(modes: &Modes, weighted: MatRef<'_, f64>, count: usize) -> Modes {
     lowest
 }
 
-impl Count {
+impl SturmCount {
     /// Counts the eigenvalues below the widest gap above the first `count`. If they are equal to all
     /// further ones the gap is the one below them, or just above the last one if `last` wants equal
     /// ones.
-    fn of(
+    fn new(
         pencil: &Pencil<'_>,
         omega2: &[f64],
         count: usize,
-        last: Last,
+        last: LastModes,
     ) -> Result<Self, EigenError> {
         let ratio = |i: usize| omega2[i] / omega2[i - 1];
         let is_gap = |i: &usize| ratio(*i) > 1.0 + GAP;
@@ -235,8 +237,8 @@ impl Count {
         let shift = match (above, last) {
             (Some(i), _) => between(i),
             (None, _) if count == omega2.len() => 2.0 * omega2[count - 1],
-            (None, Last::WithEqual) => omega2[omega2.len() - 1] * (1.0 + GAP),
-            (None, Last::Given) => match (1..count).rev().find(is_gap) {
+            (None, LastModes::WithEqual) => omega2[omega2.len() - 1] * (1.0 + GAP),
+            (None, LastModes::Given) => match (1..count).rev().find(is_gap) {
                 Some(i) => between(i),
                 None => omega2[0] / (1.0 + GAP),
             },
@@ -255,7 +257,7 @@ impl Count {
     }
 }
 
-impl Last {
+impl LastModes {
     /// Number of modes that belong to the first `count`.
     pub(super) fn end(self, omega2: &[f64], count: usize) -> usize {
         let is_equal = |i: &usize| omega2[*i] <= omega2[i - 1] * (1.0 + GAP);

@@ -41,7 +41,8 @@ pub struct Condensed {
 }
 
 /// Condenses symmetric matrices (both triangles stored) whose first unknowns, those of the analysis of
-/// K_ii, are eliminated. M has no entry where K has none ([`with_places_of`](super::with_places_of)).
+/// K_ii, are eliminated. M has no entry where K has none
+/// ([`extend_pattern`](super::extend_pattern)).
 ///
 /// # Errors
 /// The errors of [`Symbolic::cholesky`] for K_ii; [`FactorError::PatternDiffers`] where a matrix
@@ -65,7 +66,7 @@ mod tests {
     use super::*;
     use crate::sparse::{dense, leading, sum};
     use dovetail_testkit::lattice::Lattice;
-    use dovetail_testkit::threads::on_threads;
+    use dovetail_testkit::threads::run_on_threads;
     use faer::linalg::solvers::Solve;
 
     /// A cantilever whose last unknowns will be the boundary.
@@ -124,8 +125,9 @@ mod tests {
     #[test]
     fn threads_change_no_bit() {
         let (k, m) = matrices([9, 14, 14]);
-        let run =
-            |threads: usize| on_threads(threads, || condensed(&k, &m, k.nrows() - 1176).unwrap());
+        let run = |threads: usize| {
+            run_on_threads(threads, || condensed(&k, &m, k.nrows() - 1176).unwrap())
+        };
         let (one, three) = (run(1), run(3));
         assert_eq!(one.stiffness, three.stiffness);
         assert_eq!(one.mass, three.mass);

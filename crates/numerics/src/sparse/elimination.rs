@@ -14,21 +14,21 @@ use super::fronts::{
     BadPivot, ChildContribution, Contribution, Pivots, Tree, factor_front, mirror, schur_complement,
 };
 use super::symbolic::Symbolic;
-use crate::dense::parallel::{in_columns, in_rows};
+use crate::dense::parallel::{run_column_blocks, run_row_blocks};
 
 /// Number of columns of a remaining matrix that are filled at once.
 const COLUMNS: usize = 1024;
 
 /// Elimination of the unknowns of an analysis, which come first in the matrices: the stiffness, and
 /// the mass where its derivative is asked for, both triangles stored.
-pub(super) struct Plan<'a> {
+pub(super) struct EliminationPlan<'a> {
     symbolic: &'a Symbolic,
     matrices: &'a [&'a CscMatrix<f64>],
     /// Elimination tree; `None` where nothing is eliminated.
     tree: Option<Tree<'a>>,
 }
 
-impl<'a> Plan<'a> {
+impl<'a> EliminationPlan<'a> {
     pub fn new(symbolic: &'a Symbolic, matrices: &'a [&'a CscMatrix<f64>]) -> Self {
         let parts = symbolic.supernodal().zip(matrices.first());
         let tree = parts.map(|(supernodes, stiffness)| Tree::new(supernodes, symbolic, stiffness));
@@ -42,14 +42,14 @@ impl<'a> Plan<'a> {
     /// Approximate number of bytes at the peak, including the factor and the remaining matrices.
     /// Branches that are eliminated in parallel are assumed to reach their peaks at once.
     pub fn needed_bytes(&self) -> u64 {
-        let left: usize = self.left().map(|order| order.pow(2)).sum();
+        let left: usize = self.remaining_unknowns().map(|order| order.pow(2)).sum();
         let need = |tree| Need {
             tree,
             matrices: self.matrices.len(),
         };
         let threads = rayon::current_num_threads();
         let fronts = self.tree.as_ref();
-        let fronts = fronts.map_or(0, |tree| need(tree).of_branches(&tree.roots, threads));
+        let fronts = fronts.map_or(0, |tree| need(tree).branches_need(&tree.roots, threads));
         8 * (self.symbolic.factor_entries() + fronts.max(left)) as u64
     }
 
@@ -58,7 +58,7 @@ impl<'a> Plan<'a> {
         let mut from_roots: Vec<_> = self.matrices.iter().map(|_| Vec::new()).collect();
         if let Some(tree) = &self.tree {
             let slots = slots(tree, values);
-            let elimination = Elimination {
+            let elimination = FrontElimination {
                 tree,
                 matrices: self.matrices,
                 slots,
@@ -90,7 +90,7 @@ impl<'a> Plan<'a> {
         for first in (0..order).step_by(COLUMNS) {
             let end = order.min(first + COLUMNS);
             rest.resize_with(order, end, |_, _| 0.0);
-            in_columns(rest.get_mut(.., first..end), |start, columns| {
+            run_column_blocks(rest.get_mut(.., first..end), |start, columns| {
                 let start = first + start;
                 let mut columns = columns.get_mut(start.., ..);
                 for root in &roots {
@@ -112,9 +112,9 @@ impl<'a> Plan<'a> {
     }
 
     /// Number of unknowns of each matrix that are not eliminated.
-    fn left(&self) -> impl Iterator<Item = usize> {
-        let all = self.matrices.iter().map(|matrix| matrix.ncols());
-        all.map(|all| all - self.symbolic.unknowns())
+    fn remaining_unknowns(&self) -> impl Iterator<Item = usize> {
+        let sizes = self.matrices.iter().map(|matrix| matrix.ncols());
+        sizes.map(|sizes| sizes - self.symbolic.unknowns())
     }
 }
 
@@ -127,23 +127,23 @@ struct Need<'a> {
 impl Need<'_> {
     /// Numbers at the peak of branches that `threads` threads eliminate; their contributions are
     /// kept.
-    fn of_branches(&self, at: &[usize], threads: usize) -> usize {
+    fn branches_need(&self, at: &[usize], threads: usize) -> usize {
         if threads > 1 && self.tree.is_shared(at) {
             let each = threads.div_ceil(at.len());
-            return at.iter().map(|&s| self.of_branch(s, each)).sum();
+            return at.iter().map(|&s| self.branch_need(s, each)).sum();
         }
         let (mut peak, mut kept) = (0, 0);
         for &s in at {
-            peak = peak.max(kept + self.of_branch(s, threads));
+            peak = peak.max(kept + self.branch_need(s, threads));
             kept += self.contributions(s);
         }
         peak
     }
 
-    fn of_branch(&self, s: usize, threads: usize) -> usize {
+    fn branch_need(&self, s: usize, threads: usize) -> usize {
         let tree = self.tree;
         let children = &tree.children[s];
-        let below = self.of_branches(children, threads);
+        let below = self.branches_need(children, threads);
         let handed_on: usize = children.iter().map(|&c| self.contributions(c)).sum();
         let (width, rows) = (tree.columns(s).len(), tree.rows_below(s));
         let front = (width + rows) * width;
@@ -186,13 +186,13 @@ fn slots<'v>(tree: &Tree<'_>, mut values: &'v mut [f64]) -> Vec<Mutex<&'v mut [f
 /// columns.
 type Contributions = Vec<Contribution>;
 
-struct Elimination<'a> {
+struct FrontElimination<'a> {
     tree: &'a Tree<'a>,
     matrices: &'a [&'a CscMatrix<f64>],
     slots: Vec<Mutex<&'a mut [f64]>>,
 }
 
-impl<'a> Elimination<'a> {
+impl<'a> FrontElimination<'a> {
     fn eliminate(&self, s: usize) -> Result<Contributions, EliminationError> {
         let tree = self.tree;
         let branches = tree.branches(&tree.children[s], |s| self.eliminate(s))?;
@@ -220,7 +220,7 @@ impl<'a> Elimination<'a> {
         {
             let mut slot = self.slots[s].lock().unwrap_or_else(|e| e.into_inner());
             let slot = MatMut::from_column_major_slice_mut(*slot, width + inner, width);
-            in_columns(slot, |start, mut slot| {
+            run_column_blocks(slot, |start, mut slot| {
                 slot.copy_from(factor.get(..width + inner, start..start + slot.ncols()));
             });
         }
@@ -246,7 +246,7 @@ fn condense_mass(
     let width = factor.ncols();
     let (pivots, mut p) = factor.split_at_row_mut(width);
     let pivots = pivots.into_const();
-    in_rows(p.rb_mut(), |_, rows| {
+    run_row_blocks(p.rb_mut(), |_, rows| {
         solve_upper_triangular_in_place(pivots.transpose(), rows.transpose_mut(), Par::Seq);
     });
     let p = p.into_const();
@@ -254,7 +254,7 @@ fn condense_mass(
     for j in 0..width {
         half[(j, j)] *= 0.5;
     }
-    in_rows(g.rb_mut(), |start, rows| {
+    run_row_blocks(g.rb_mut(), |start, rows| {
         let p = p.get(start..start + rows.nrows(), ..);
         triangular::matmul(
             rows,

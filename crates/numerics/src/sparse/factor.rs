@@ -9,7 +9,7 @@ use faer::sparse::linalg::cholesky::{LltRef, supernodal::SupernodalLltRef};
 use faer::{Conj, Mat, MatMut, Par, Side};
 use nalgebra_sparse::CscMatrix;
 
-use super::elimination::{EliminationError, Plan};
+use super::elimination::{EliminationError, EliminationPlan};
 use super::operations::{leading, view};
 use super::solve::Factor;
 use super::symbolic::{FactorError, Symbolic, check_finite};
@@ -30,8 +30,9 @@ impl Symbolic {
         Ok(self.eliminated(&[matrix])?.0)
     }
 
-    /// Eliminates the unknowns that were analysed, which come first in the matrices ([`Plan`]).
-    /// Returns the factor, and the rest of each matrix on the other unknowns.
+    /// Eliminates the unknowns that were analysed, which come first in the matrices
+    /// ([`EliminationPlan`]). Returns the factor, and the rest of each matrix on the other
+    /// unknowns.
     pub(super) fn eliminated(
         &self,
         matrices: &[&CscMatrix<f64>],
@@ -40,9 +41,9 @@ impl Symbolic {
             .iter()
             .try_for_each(|matrix| check_finite(matrix))?;
         let stiffness = matrices[0];
-        let plan = Plan::new(self, matrices);
+        let plan = EliminationPlan::new(self, matrices);
         let unknowns = self.unknowns();
-        memory::ask_for(plan.needed_bytes())
+        memory::check_available(plan.needed_bytes())
             .map_err(|source| FactorError::TooLittleMemory { unknowns, source })?;
         let mut values = zeros(self.factor_entries(), unknowns)?;
         match plan.eliminate(&mut values) {
@@ -148,7 +149,7 @@ impl Cholesky {
     }
 
     /// Factor of these [`values`](Self::values); `None` where their number is wrong.
-    pub(super) fn of_values(symbolic: Symbolic, values: Vec<f64>) -> Option<Self> {
+    pub(super) fn from_values(symbolic: Symbolic, values: Vec<f64>) -> Option<Self> {
         (values.len() == symbolic.factor_entries()).then_some(Self { symbolic, values })
     }
 

@@ -18,7 +18,7 @@ use nalgebra_sparse::CscMatrix;
 use rayon::iter::{IntoParallelIterator, IntoParallelRefIterator, ParallelIterator};
 
 use super::symbolic::Symbolic;
-use crate::dense::parallel::{in_columns, in_rows};
+use crate::dense::parallel::{run_column_blocks, run_row_blocks};
 
 /// Number of rows or columns of a front that one task takes.
 const BLOCK: usize = 256;
@@ -157,7 +157,7 @@ impl<'a> Tree<'a> {
         let mut values = vec![0.0; height * width];
         let columns = MatMut::from_column_major_slice_mut(&mut values, height, width);
         let complete = AtomicBool::new(true);
-        in_columns(columns, |start, mut columns| {
+        run_column_blocks(columns, |start, mut columns| {
             // Pages that are first read, as a sum is, are mapped twice.
             columns.fill(0.0);
             let mut columns = columns.get_mut(start.., ..);
@@ -331,7 +331,7 @@ pub(super) fn factor_front(front: MatMut<'_, f64>, pivots: Pivots) -> Result<(),
         }
     };
     let own = own.rb();
-    in_rows(below, |_, rows| solve(own, rows.transpose_mut(), Par::Seq));
+    run_row_blocks(below, |_, rows| solve(own, rows.transpose_mut(), Par::Seq));
     Ok(())
 }
 

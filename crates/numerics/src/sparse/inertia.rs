@@ -29,9 +29,9 @@ pub fn negative_eigenvalues(
     match counted {
         Err(FactorError::PatternDiffers) => {
             let whole = sum(stiffness, -shift, mass);
-            let own = Symbolic::analyse(&whole)?;
+            let analysis = Symbolic::analyse(&whole)?;
             check_finite(&whole)?;
-            count(&[(1.0, &whole)], &own)
+            count(&[(1.0, &whole)], &analysis)
         }
         counted => counted,
     }

@@ -34,7 +34,7 @@ pub use factor::{Cholesky, Ldlt};
 pub use inertia::negative_eigenvalues;
 pub(crate) use operations::symmetric_times;
 pub use operations::{
-    dense, leading, submatrix, sum, symbolic_view, symmetric_product, times, view, with_places_of,
+    dense, extend_pattern, leading, submatrix, sum, symbolic_view, symmetric_product, times, view,
 };
 pub use order::{Order, OrderError, nested_dissection};
 pub use symbolic::{FactorError, Symbolic};

@@ -97,7 +97,7 @@ pub fn sum(k: &CscMatrix<f64>, s: f64, m: &CscMatrix<f64>) -> CscMatrix<f64> {
 
 /// Matrix `k` with a place for every entry of `m`: zeros are stored where it has none. It is not copied
 /// if it has all places already.
-pub fn with_places_of<'a>(k: &'a CscMatrix<f64>, m: &CscMatrix<f64>) -> Cow<'a, CscMatrix<f64>> {
+pub fn extend_pattern<'a>(k: &'a CscMatrix<f64>, m: &CscMatrix<f64>) -> Cow<'a, CscMatrix<f64>> {
     let has_places = |j: usize| {
         let (of_k, of_m) = (k.col(j), m.col(j));
         let mut places = of_k.row_indices().iter();
@@ -132,11 +132,11 @@ fn sum_within(k: &CscMatrix<f64>, s: f64, m: &CscMatrix<f64>) -> Option<CscMatri
 
 /// Product `a x` for a dense block of columns.
 pub fn times(a: &CscMatrix<f64>, x: MatRef<'_, f64>) -> Mat<f64> {
-    by_panels(a, x, |y, x| panel_times(a, x, y))
+    multiply_panels(a, x, |y, x| panel_times(a, x, y))
 }
 
 /// Product `a x`, with `compute` called for each panel of its columns and of those of `x`.
-fn by_panels(
+fn multiply_panels(
     a: &CscMatrix<f64>,
     x: MatRef<'_, f64>,
     compute: impl Fn(MatMut<'_, f64>, MatRef<'_, f64>) + Sync,
@@ -182,7 +182,7 @@ fn panel_times(a: &CscMatrix<f64>, x: MatRef<'_, f64>, mut y: MatMut<'_, f64>) {
 /// Product `a x` for a symmetric `a` with both triangles stored and a dense block of columns. Each
 /// row of the product is gathered in registers.
 pub fn symmetric_product(a: &CscMatrix<f64>, x: MatRef<'_, f64>) -> Mat<f64> {
-    by_panels(a, x, |mut y, x| {
+    multiply_panels(a, x, |mut y, x| {
         let mut rows = vec![[0.0; PANEL]; a.nrows()];
         for (c, column) in x.col_iter().enumerate() {
             for (row, v) in rows.iter_mut().zip(column.iter()) {
@@ -265,16 +265,16 @@ mod tests {
     #[test]
     fn a_matrix_gets_the_places_of_another_one() {
         let k = CscMatrix::identity(9);
-        assert!(matches!(with_places_of(&k, &k), Cow::Borrowed(_)));
+        assert!(matches!(extend_pattern(&k, &k), Cow::Borrowed(_)));
         let mut far = nalgebra_sparse::CooMatrix::from(&k);
         far.push(7, 1, 3.0);
         far.push(1, 7, 3.0);
         let far = CscMatrix::from(&far);
-        let padded = with_places_of(&k, &far);
+        let padded = extend_pattern(&k, &far);
         assert_eq!(padded.nnz(), k.nnz() + 2);
         assert_eq!(dense(&padded), dense(&k));
         assert!(sum_within(&padded, -2.0, &far).is_some());
-        assert!(matches!(with_places_of(&padded, &far), Cow::Borrowed(_)));
+        assert!(matches!(extend_pattern(&padded, &far), Cow::Borrowed(_)));
     }
 
     #[test]

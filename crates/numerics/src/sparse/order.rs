@@ -21,17 +21,17 @@ pub struct Order {
 
 impl Order {
     /// Order of a list; `None` where the list is no permutation.
-    pub(super) fn of(new_to_old: Vec<usize>) -> Option<Self> {
+    pub(super) fn new(new_to_old: Vec<usize>) -> Option<Self> {
         let mut seen = vec![false; new_to_old.len()];
         for &old in &new_to_old {
             if std::mem::replace(seen.get_mut(old)?, true) {
                 return None;
             }
         }
-        Some(Self::of_permutation(new_to_old))
+        Some(Self::from_permutation(new_to_old))
     }
 
-    fn of_permutation(new_to_old: Vec<usize>) -> Self {
+    fn from_permutation(new_to_old: Vec<usize>) -> Self {
         let mut old_to_new = vec![0; new_to_old.len()];
         for (new, &old) in new_to_old.iter().enumerate() {
             old_to_new[old] = new;
@@ -102,14 +102,14 @@ pub fn nested_dissection(pattern: &SparsityPattern, block: usize) -> Result<Orde
             .map(|node| node as usize)
             .collect(),
     };
-    let dissected = Order::of_permutation(
+    let dissected = Order::from_permutation(
         dissection
             .into_iter()
             .flat_map(|node| (0..block).map(move |i| block * node + i))
             .collect(),
     );
     let gathered = postorder(&elimination_tree(pattern, &dissected));
-    Ok(Order::of_permutation(
+    Ok(Order::from_permutation(
         gathered
             .into_iter()
             .map(|position| dissected.new_to_old[position])
@@ -298,11 +298,11 @@ mod tests {
     #[test]
     fn a_postorder_keeps_the_fill_and_gathers_the_subtrees() {
         let pattern = grid([6, 5, 4]);
-        let shuffled = Order::of((0..360).map(|i| (i * 77 + 13) % 360).collect()).unwrap();
+        let shuffled = Order::new((0..360).map(|i| (i * 77 + 13) % 360).collect()).unwrap();
         let tree = elimination_tree(&pattern, &shuffled);
         assert!(!subtrees_are_together(&tree) && !shuffled.is_postorder(&pattern));
         let gathered = postorder(&tree).into_iter();
-        let gathered = Order::of(gathered.map(|p| shuffled.new_to_old[p]).collect()).unwrap();
+        let gathered = Order::new(gathered.map(|p| shuffled.new_to_old[p]).collect()).unwrap();
         assert!(subtrees_are_together(&elimination_tree(
             &pattern, &gathered
         )));
@@ -311,7 +311,10 @@ mod tests {
     }
 
     /// Pattern without the rows and columns for which `held` is true.
-    fn without(pattern: &SparsityPattern, held: impl Fn(usize) -> bool) -> SparsityPattern {
+    fn restrict_pattern(
+        pattern: &SparsityPattern,
+        held: impl Fn(usize) -> bool,
+    ) -> SparsityPattern {
         let ones = vec![1.0; pattern.nnz()];
         let all = CscMatrix::try_from_pattern_and_values(pattern.clone(), ones).unwrap();
         let kept: Vec<usize> = (0..pattern.major_dim()).filter(|&i| !held(i)).collect();
@@ -322,7 +325,7 @@ mod tests {
     fn the_whole_order_is_postordered_where_nodes_lose_components_too() {
         let whole = grid([9, 8, 7]);
         // Of every seventh node one component is held: threes of the unknowns left are no nodes.
-        let odd = without(&whole, |dof| dof % 21 == 4);
+        let odd = restrict_pattern(&whole, |dof| dof % 21 == 4);
         assert!(odd.major_dim().is_multiple_of(3) && odd.major_dim() < whole.major_dim());
         for pattern in [whole, odd] {
             let order = nested_dissection(&pattern, 3).unwrap();
@@ -334,7 +337,7 @@ mod tests {
     fn dissection_fills_far_less_than_the_natural_order() {
         let pattern = grid([14, 14, 14]);
         let dissected = nested_dissection(&pattern, 3).unwrap();
-        let natural = Order::of((0..pattern.major_dim()).collect()).unwrap();
+        let natural = Order::new((0..pattern.major_dim()).collect()).unwrap();
         let (dissected, natural) = (fill(&pattern, &dissected), fill(&pattern, &natural));
         assert!(3 * dissected < 2 * natural, "{dissected} against {natural}");
     }

@@ -14,8 +14,8 @@ pub(super) struct CompactPattern {
 }
 
 impl CompactPattern {
-    pub fn of(pattern: &SparsityPattern) -> Self {
-        Self::by_blocks(pattern, 3).unwrap_or_else(|| Self {
+    pub fn new(pattern: &SparsityPattern) -> Self {
+        Self::from_blocks(pattern, 3).unwrap_or_else(|| Self {
             rows: pattern.minor_dim() as u64,
             block: 1,
             ends: pattern.major_offsets()[1..]
@@ -27,7 +27,7 @@ impl CompactPattern {
     }
 
     /// Pattern by blocks; `None` where some block is not full.
-    fn by_blocks(pattern: &SparsityPattern, block: usize) -> Option<Self> {
+    fn from_blocks(pattern: &SparsityPattern, block: usize) -> Option<Self> {
         let (rows, columns) = (pattern.minor_dim(), pattern.major_dim());
         if !rows.is_multiple_of(block) || !columns.is_multiple_of(block) {
             return None;

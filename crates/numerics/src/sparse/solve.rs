@@ -206,7 +206,7 @@ impl<'a> Plan<'a> {
                 .map(|(child, x)| self.forward(child, x, width))
                 .collect();
         for (child, from) in subtree.children.iter().zip(&from_children) {
-            let mut above = Above::of(subtree, width);
+            let mut above = RowsAbove::new(subtree, width);
             above.hand_on(child.pattern, from, (own_start, own), &mut carried);
         }
         let mut own = rows_mut(own, width);
@@ -252,7 +252,7 @@ impl<'a> Plan<'a> {
             .into_par_iter()
             .for_each(|(child, x)| {
                 let mut on_pattern = vec![0.0; child.pattern.len() * width];
-                let mut above = Above::of(subtree, width);
+                let mut above = RowsAbove::new(subtree, width);
                 above.collect(child.pattern, (own_start, own), solved, &mut on_pattern);
                 self.backward(child, x, &on_pattern, width);
             });
@@ -272,7 +272,7 @@ impl<'a> Plan<'a> {
             let (own, later) = split(x, &supernode.unknowns, base, width);
             let mut own = rows_mut(own, width);
             supernode.solve_lower(own.rb_mut());
-            let mut above = Above::of(branch, width);
+            let mut above = RowsAbove::new(branch, width);
             for (start, rows) in chunks(supernode.pattern) {
                 let product = &mut product[..rows.len() * width];
                 let below = supernode.below.subrows(start, rows.len());
@@ -289,7 +289,7 @@ impl<'a> Plan<'a> {
             let supernode = self.factor.supernode(s);
             let (own, later) = split(x, &supernode.unknowns, base, width);
             let mut own = rows_mut(own, width);
-            let mut above = Above::of(branch, width);
+            let mut above = RowsAbove::new(branch, width);
             for (start, rows) in chunks(supernode.pattern) {
                 let gathered = &mut gathered[..rows.len() * width];
                 above.collect(rows, (supernode.unknowns.end, later), solved, gathered);
@@ -411,7 +411,7 @@ fn add(into: &mut [f64], from: &[f64]) {
 }
 
 /// Rows above a subtree, queried in ascending order.
-struct Above<'a> {
+struct RowsAbove<'a> {
     /// Rows of the subtree's pattern.
     list: &'a [usize],
     at: usize,
@@ -420,8 +420,8 @@ struct Above<'a> {
     width: usize,
 }
 
-impl<'a> Above<'a> {
-    fn of(subtree: &Subtree<'a>, width: usize) -> Self {
+impl<'a> RowsAbove<'a> {
+    fn new(subtree: &Subtree<'a>, width: usize) -> Self {
         Self {
             list: subtree.pattern,
             at: 0,
@@ -473,9 +473,9 @@ impl<'a> Above<'a> {
         if self.list[self.at] != row {
             self.at += self.list[self.at..].partition_point(|&r| r < row);
         }
-        let found = self.at;
-        self.at = (found + 1).min(self.list.len() - 1);
-        found
+        let position = self.at;
+        self.at = (position + 1).min(self.list.len() - 1);
+        position
     }
 }
 
@@ -483,7 +483,7 @@ impl<'a> Above<'a> {
 mod tests {
     use crate::sparse::{Symbolic, times};
     use dovetail_testkit::lattice::{Lattice, scattered};
-    use dovetail_testkit::threads::on_threads;
+    use dovetail_testkit::threads::run_on_threads;
     use faer::Mat;
 
     #[test]
@@ -498,7 +498,7 @@ mod tests {
                 let b = Mat::from_fn(n, columns, |i, j| scattered(i + n * j));
                 let solved = |threads: usize| {
                     let mut x = b.clone();
-                    on_threads(threads, || factor.solve_in_place(x.as_mut()));
+                    run_on_threads(threads, || factor.solve_in_place(x.as_mut()));
                     x
                 };
                 let x = solved(1);

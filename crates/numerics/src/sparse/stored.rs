@@ -123,7 +123,7 @@ pub mod sparse_matrix {
     /// # Errors
     /// The errors of the serializer.
     pub fn serialize<S: Serializer>(a: &CscMatrix<f64>, serializer: S) -> Result<S::Ok, S::Error> {
-        (CompactPattern::of(a.pattern()), Bytes(a.values())).serialize(serializer)
+        (CompactPattern::new(a.pattern()), Bytes(a.values())).serialize(serializer)
     }
 
     /// Reads a matrix that [`serialize`] wrote.
@@ -184,8 +184,8 @@ impl<'de> Deserialize<'de> for Cholesky {
             Deserialize::deserialize(deserializer)?;
         let pattern = pattern.unpacked().map_err(D::Error::custom)?;
         let order = order.0.into_iter().map(|i| i as usize).collect();
-        let symbolic = Symbolic::of_order(&pattern, order).map_err(D::Error::custom)?;
-        Cholesky::of_values(symbolic, values.0)
+        let symbolic = Symbolic::from_order(&pattern, order).map_err(D::Error::custom)?;
+        Cholesky::from_values(symbolic, values.0)
             .ok_or_else(|| D::Error::custom("a factor of another size than its values"))
     }
 }

@@ -55,11 +55,11 @@ pub enum FactorError {
 /// (the stiffness with and without rotation, K - sigma M). Cheap to clone.
 #[derive(Debug, Clone)]
 pub struct Symbolic {
-    inner: Arc<Analysis>,
+    inner: Arc<SymbolicAnalysis>,
 }
 
 #[derive(Debug)]
-struct Analysis {
+struct SymbolicAnalysis {
     symbolic: SymbolicCholesky<usize>,
     pattern: CompactPattern,
 }
@@ -83,11 +83,11 @@ impl Symbolic {
     ///
     /// # Errors
     /// The errors of [`Symbolic::analyse`]; an order that is no permutation, or no postorder.
-    pub(super) fn of_order(
+    pub(super) fn from_order(
         pattern: &SparsityPattern,
         new_to_old: Vec<usize>,
     ) -> Result<Self, FactorError> {
-        let order = Order::of(new_to_old).filter(|order| {
+        let order = Order::new(new_to_old).filter(|order| {
             let unknowns = order.new_to_old.len();
             (pattern.minor_dim(), pattern.major_dim()) == (unknowns, unknowns)
                 && order.is_postorder(pattern)
@@ -109,9 +109,9 @@ impl Symbolic {
         )
         .map_err(|e| generic(e, rows))?;
         Ok(Self {
-            inner: Arc::new(Analysis {
+            inner: Arc::new(SymbolicAnalysis {
                 symbolic,
-                pattern: CompactPattern::of(pattern),
+                pattern: CompactPattern::new(pattern),
             }),
         })
     }
@@ -154,7 +154,7 @@ impl Symbolic {
 
     /// Checks that `matrix` has the pattern analysed.
     pub(super) fn check_pattern(&self, matrix: &CscMatrix<f64>) -> Result<(), FactorError> {
-        match CompactPattern::of(matrix.pattern()) == self.inner.pattern {
+        match CompactPattern::new(matrix.pattern()) == self.inner.pattern {
             true => Ok(()),
             false => Err(FactorError::PatternDiffers),
         }

@@ -7,7 +7,7 @@ use crate::model::{Body, BodyNode, Model, NodeMotion, Rotation};
 use dovetail_numerics::space::{Vector, add_scaled, cross, dot, norm, scaled, sub, unit};
 
 /// Distances of the nodes of a body from an axis.
-struct Around {
+struct AxisDistances {
     /// Smallest and largest distance, m.
     radii_m: [f64; 2],
     /// Distance of the mean of the nodes, m.
@@ -16,7 +16,7 @@ struct Around {
     longest_m: f64,
 }
 
-fn around(body: &Body, rotation: &Rotation) -> Option<Around> {
+fn axis_distances(body: &Body, rotation: &Rotation) -> Option<AxisDistances> {
     let across = |x: Vector| {
         let arm = sub(x, rotation.point_m);
         sub(arm, scaled(rotation.axis, dot(arm, rotation.axis)))
@@ -39,7 +39,7 @@ fn around(body: &Body, rotation: &Rotation) -> Option<Around> {
         high - low
     };
     let longest_m = [0, 1, 2].map(side).into_iter().fold(0.0, f64::max);
-    (longest_m > 0.0).then(|| Around {
+    (longest_m > 0.0).then(|| AxisDistances {
         radii_m,
         centre_m: norm(across(mean)),
         longest_m,
@@ -49,7 +49,7 @@ fn around(body: &Body, rotation: &Rotation) -> Option<Around> {
 /// Body through which the axis of rotation runs.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
-pub struct AtAxis<'m> {
+pub struct BodyOnAxis<'m> {
     /// Name of the body.
     pub name: &'m str,
     /// True if the axis runs through its middle: the centrifugal load does not throw it outwards.
@@ -60,7 +60,7 @@ pub struct AtAxis<'m> {
 
 /// Rotating bodies without supports and springs through which the axis runs, if only the centrifugal
 /// load presses them. A ring does not count.
-pub fn at_axis(model: &Model) -> Vec<AtAxis<'_>> {
+pub fn bodies_on_axis(model: &Model) -> Vec<BodyOnAxis<'_>> {
     // A hole is larger.
     const AT_THE_AXIS: f64 = 0.4;
     const IN_THE_MIDDLE: f64 = 0.02;
@@ -73,13 +73,13 @@ pub fn at_axis(model: &Model) -> Vec<AtAxis<'_>> {
         |body: &&Body| body.rotates && body.supports.is_empty() && body.springs.is_empty();
     let rotating = model.bodies.iter().filter(is_free);
     let at_axis = rotating.filter_map(|body| {
-        let Around {
+        let AxisDistances {
             radii_m: [nearest_m, farthest_m],
             centre_m,
             longest_m,
-        } = around(body, rotation)?;
+        } = axis_distances(body, rotation)?;
         let is_through = nearest_m < AT_THE_AXIS * farthest_m && surrounds(body, rotation);
-        is_through.then_some(AtAxis {
+        is_through.then_some(BodyOnAxis {
             name: &body.name,
             in_the_middle: centre_m < IN_THE_MIDDLE * longest_m,
             farthest_m,
@@ -134,11 +134,11 @@ pub fn free_sides(model: &Model) -> impl Iterator<Item = FreeSides<'_>> {
     let bodies = model.bodies.iter().enumerate();
     bodies.filter_map(move |(b, body)| {
         let rotation = rotation.filter(|_| body.rotates && !body.supports.is_empty())?;
-        let own_m = around(body, rotation)?.centre_m;
+        let own_m = axis_distances(body, rotation)?.centre_m;
         let holds = |other: usize| {
             let other = &model.bodies[other];
             other.supports.is_empty()
-                && around(other, rotation).is_some_and(|other| other.centre_m > own_m)
+                && axis_distances(other, rotation).is_some_and(|other| other.centre_m > own_m)
         };
         holds_any(model, b, &holds).then_some(())?;
         let tangent = tangent(body, rotation)?;
@@ -234,6 +234,6 @@ fn is_held(body: &Body, node: usize, direction: Vector) -> bool {
         return true;
     }
     let supports = body.supports.iter().flat_map(|support| &support.nodes);
-    let mut own = supports.filter(|(held, _)| *held as usize == node);
-    own.any(|(_, axes)| (0..3).any(|k| axes[k] && direction[k].abs() > 0.5))
+    let mut node_supports = supports.filter(|(held, _)| *held as usize == node);
+    node_supports.any(|(_, axes)| (0..3).any(|k| axes[k] && direction[k].abs() > 0.5))
 }

@@ -24,12 +24,12 @@ pub struct ShorterSides(Vec<Option<f64>>);
 impl ShorterSides {
     /// Shorter sides of the extents of the pairs of each contact along the tangential directions of
     /// its first pair.
-    pub fn of(pairs: &PairTable) -> Self {
+    pub fn new(pairs: &PairTable) -> Self {
         let of_contact = |contact: usize| {
-            let own = || pairs.rows.iter().filter(|row| row.contact == contact);
-            let [_, t1, t2] = own().next()?.frame?;
+            let contact_rows = || pairs.rows.iter().filter(|row| row.contact == contact);
+            let [_, t1, t2] = contact_rows().next()?.frame?;
             let side = |t: [f64; 3]| {
-                extent(own().map(|row| (0..3).map(|a| t[a] * row.position_m[a]).sum()))
+                extent(contact_rows().map(|row| (0..3).map(|a| t[a] * row.position_m[a]).sum()))
             };
             Some(side(t1).min(side(t2))).filter(|side| *side > 0.0)
         };
@@ -38,7 +38,7 @@ impl ShorterSides {
     }
 
     /// Shorter side of the flank of a pair, m.
-    pub(crate) fn of_pair(&self, pair: usize) -> Option<f64> {
+    pub(crate) fn pair_side_m(&self, pair: usize) -> Option<f64> {
         self.0[pair]
     }
 
@@ -52,7 +52,7 @@ impl ShorterSides {
         for (pair, side) in self.0.iter().enumerate() {
             let Some(side) = side else { continue };
             for (signal, component) in signals.iter_mut().zip([1, 2]) {
-                let coefficients: Vec<f64> = x.of_signal(3 * pair + component).collect();
+                let coefficients: Vec<f64> = x.signal_coefficients(3 * pair + component).collect();
                 fourier.to_time(&coefficients, signal);
             }
             let [along, across] = &signals;
@@ -148,7 +148,7 @@ mod tests {
 
     #[test]
     fn each_point_of_a_load_path_is_judged_as_its_end_is() {
-        let sides = ShorterSides::of(&pairs());
+        let sides = ShorterSides::new(&pairs());
         let slid = |share: f64| {
             let mut x = vec![0.0; 3 * 8];
             x[3 * 5 + 2] = share * 8e-3;
@@ -168,7 +168,7 @@ mod tests {
                 newton_iterations: 0,
                 residual: 0.0,
                 retention_n: None,
-                linear: LinearReference::stuck(&ReducedModel::of_pairs(
+                linear: LinearReference::stuck(&ReducedModel::from_pair_matrices(
                     Mat::identity(3, 3),
                     Mat::identity(3, 3),
                 )),
@@ -184,7 +184,7 @@ mod tests {
 
     #[test]
     fn the_farthest_slide_is_counted_in_shorter_sides() {
-        let sides = ShorterSides::of(&pairs());
+        let sides = ShorterSides::new(&pairs());
         let n = 3 * 8;
         // The mean of pair 5 along t2, and around it a circle of pair 5.
         let mut x = vec![0.0; 3 * n];
@@ -203,6 +203,6 @@ mod tests {
     fn what_is_unknown_is_not_judged() {
         let mut pairs = pairs();
         pairs.rows.iter_mut().for_each(|row| row.frame = None);
-        assert_eq!(ShorterSides::of(&pairs).farthest(&[1.0; 24], 0), 0.0);
+        assert_eq!(ShorterSides::new(&pairs).farthest(&[1.0; 24], 0), 0.0);
     }
 }

@@ -5,8 +5,8 @@
 //! fretting in a dovetail joint", Experimental Mechanics 24 (1984) 208-217: friction stress times
 //! slip for wear, and that times the tension of the surface along the slip for cracks.
 
-use super::signals::{over_period, pair_signals};
-use super::stress::{BodyStress, of_node};
+use super::signals::{pair_signals, sample_period};
+use super::stress::{BodyStress, node_stress};
 use crate::dlft::{Orbit, PairCycle};
 use crate::model::{BodyNode, ContactPair, Model};
 use dovetail_numerics::space::dot;
@@ -74,8 +74,8 @@ fn surface_nodes(
     let heaviest = masters.max_by(|a, b| a.1.total_cmp(&b.1));
     let disc = model.cyclic.as_ref();
     // The axes of this sector, seen from that of the masters.
-    let own = disc.and_then(|disc| disc.sector(-pair.slave.ahead));
-    let of_other = own.map_or(along, |own| own.turn.map(|row| dot(row, along)));
+    let sector = disc.and_then(|disc| disc.sector(-pair.slave.ahead));
+    let of_other = sector.map_or(along, |sector| sector.turn.map(|row| dot(row, along)));
     let other = heaviest.map(|(node, _)| (*node, of_other));
     [Some((pair.slave.node, along)), other]
         .into_iter()
@@ -88,11 +88,11 @@ fn tension_pa(stress: &BodyStress, node: u32, d: [f64; 3]) -> f64 {
         let normal = s[0] * d[0] * d[0] + s[1] * d[1] * d[1] + s[2] * d[2] * d[2];
         normal + 2.0 * (s[3] * d[0] * d[1] + s[4] * d[1] * d[2] + s[5] * d[0] * d[2])
     };
-    let coefficients: Vec<f64> = of_node(&stress.coefficients_pa, node as usize)
+    let coefficients: Vec<f64> = node_stress(&stress.coefficients_pa, node as usize)
         .iter()
         .map(along)
         .collect();
-    over_period(&coefficients, INSTANTS)
+    sample_period(&coefficients, INSTANTS)
         .into_iter()
         .fold(0.0, f64::max)
 }

@@ -62,7 +62,7 @@ impl PairPlace for PairRow {
 
 impl PairTable {
     /// Table of a meshed assembly.
-    pub fn of_model(model: &Model) -> Self {
+    pub fn from_model(model: &Model) -> Self {
         let bodies = model.bodies.iter().enumerate();
         let nodes = bodies.map(|(b, body)| {
             let tag = |pair: &ContactPair| {
@@ -92,7 +92,7 @@ impl PairTable {
     }
 
     /// Table of a folder, each of whose pairs follows `law`.
-    pub fn of_superelement(element: &Superelement, law: PairLaw) -> Self {
+    pub fn from_superelement(element: &Superelement, law: PairLaw) -> Self {
         let contacts = element.contacts.iter().enumerate();
         let contact_of: Vec<usize> = contacts
             .flat_map(|(number, contact)| std::iter::repeat_n(number, contact.pairs))

@@ -4,7 +4,7 @@
 use crate::damping::Rayleigh;
 use crate::model::{AppliedLoad, Body, Model, Traction};
 use crate::problem::{HarmonicLoad, LinearReference, Problem};
-use crate::reduced::Quantity;
+use crate::reduced::ObservedQuantity;
 use crate::results::modes::hertz;
 use dovetail_mesh::facet::shares;
 use dovetail_numerics::space::norm;
@@ -45,8 +45,8 @@ pub fn participation(
     harmonics.sort_unstable();
     harmonics.dedup();
     let quantities = problem.reduced.observations.iter().map(|o| o.quantity);
-    let is_length = |quantity: Quantity| quantity == Quantity::Displacement;
-    let mut found = Participation {
+    let is_length = |quantity: ObservedQuantity| quantity == ObservedQuantity::Displacement;
+    let mut participation = Participation {
         resonances_hz: Vec::new(),
         excited: 0.0,
         observed: quantities.map(|q| is_length(q).then_some(0.0)).collect(),
@@ -58,27 +58,29 @@ pub fn participation(
         if !(rigid > 0.0 && rigid.is_finite()) {
             continue;
         }
-        let of = on_modes.reduced.of_harmonic(k).model;
-        let with_mass = linear.of_harmonic(&problem.reduced, k).with_mass;
+        let of = on_modes.reduced.harmonic_model(k).model;
+        let with_mass = linear.harmonic_reference(&problem.reduced, k).with_mass;
         for (mode, (omega2, force)) in of.omega2.iter().zip(&forces).enumerate().take(with_mass) {
             let hz = hertz(*omega2) / k as f64;
             let excited = force / rigid;
             if !(from_hz..=to_hz).contains(&hz) {
-                let is_lowest = found.excited_outside_hz.is_none_or(|known| hz < known);
+                let is_lowest = participation
+                    .excited_outside_hz
+                    .is_none_or(|known| hz < known);
                 if excited > WELL_EXCITED && is_lowest {
-                    found.excited_outside_hz = Some(hz);
+                    participation.excited_outside_hz = Some(hz);
                 }
                 continue;
             }
-            found.resonances_hz.push(hz);
-            found.excited = found.excited.max(excited);
-            for (share, point) in found.observed.iter_mut().zip(&of.observations) {
+            participation.resonances_hz.push(hz);
+            participation.excited = participation.excited.max(excited);
+            for (share, point) in participation.observed.iter_mut().zip(&of.observations) {
                 let seen = point.on_modes[mode].abs() / per_root_kg;
                 *share = share.map(|share| share.max(seen.min(excited)));
             }
         }
     }
-    (!found.resonances_hz.is_empty()).then_some(found)
+    (!participation.resonances_hz.is_empty()).then_some(participation)
 }
 
 /// Amplitudes of the sums of loads on each mode.
@@ -116,10 +118,11 @@ fn force_n(model: &Model, masses_kg: &[f64], harmonic: usize) -> f64 {
         },
         AppliedLoad::Acceleration { vector_m_s2 } => masses_kg[*body] * norm(*vector_m_s2),
     };
-    let own = model
+    let forces = model
         .excitations
         .iter()
         .filter(|e| e.in_time.harmonic == harmonic);
-    own.map(|e| e.in_time.amplitude.abs() * e.loads.iter().map(of_load).sum::<f64>())
+    forces
+        .map(|e| e.in_time.amplitude.abs() * e.loads.iter().map(of_load).sum::<f64>())
         .sum()
 }

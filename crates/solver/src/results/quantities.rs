@@ -5,7 +5,7 @@
 //! [`crate::contact`].
 
 use super::pairs::PairPlace;
-use crate::dlft::peaks::{heights, rise_above};
+use crate::dlft::peaks::{heights, peak_rise_ratio};
 use crate::dlft::{Branch, CycleStatus, Orbit, PairCycle, PairStatus, Response, StaticState};
 use std::f64::consts::TAU;
 
@@ -54,8 +54,8 @@ pub struct CycleFields {
 /// Fields of one orbit (`orbit.cycles` and `pairs` in the same order).
 pub fn cycle_fields(orbit: &Orbit, pairs: &[impl PairPlace]) -> CycleFields {
     let per_area = |value: &dyn Fn(&PairCycle) -> f64| {
-        let all = orbit.cycles.iter().zip(pairs);
-        all.map(|(c, p)| value(c) / area_m2(p)).collect()
+        let cycles = orbit.cycles.iter().zip(pairs);
+        cycles.map(|(c, p)| value(c) / area_m2(p)).collect()
     };
     CycleFields {
         status: orbit.cycles.iter().map(|c| c.status).collect(),
@@ -200,7 +200,7 @@ pub fn largest_of_pairs(field: &[f64]) -> Option<f64> {
 
 /// Orbits that have a motion, in the order of the response: those that converged, and those that
 /// did so except for the accuracy asked for.
-pub fn with_motion(response: &Response) -> impl Iterator<Item = &Orbit> {
+pub fn moving_orbits(response: &Response) -> impl Iterator<Item = &Orbit> {
     response.orbits.iter().filter(|o| o.outcome.has_motion())
 }
 
@@ -259,7 +259,7 @@ pub fn peak_rise(response: &Response, observation: usize) -> Option<f64> {
         Some((place, *orbit.observed_amplitude.get(observation)?))
     };
     let places: Option<Vec<(f64, f64)>> = around.zip(near).map(place).collect();
-    rise_above(places?.try_into().ok()?)
+    peak_rise_ratio(places?.try_into().ok()?)
 }
 
 /// An amplitude jumps where it changes by more than this fraction of the larger one, ...
@@ -393,7 +393,7 @@ pub fn linear_amplitude(response: &Response, frequency_hz: f64, observation: usi
 
 /// Largest estimated error of the frequencies with a motion; `None` where nothing is estimated.
 pub fn largest_estimated_error(response: &Response) -> Option<f64> {
-    let estimated = with_motion(response).filter_map(|orbit| orbit.estimated_error);
+    let estimated = moving_orbits(response).filter_map(|orbit| orbit.estimated_error);
     estimated.reduce(f64::max)
 }
 
@@ -447,7 +447,7 @@ mod tests {
 
     fn cycle(slips: bool, opens: bool, friction_power_w: f64) -> PairCycle {
         PairCycle {
-            status: CycleStatus::of(false, f64::from(u8::from(opens)), slips),
+            status: CycleStatus::new(false, f64::from(u8::from(opens)), slips),
             slid_m: 1e-6,
             rubbed_nm: 1e-5,
             open_fraction: if opens { 0.25 } else { 0.0 },
@@ -474,7 +474,7 @@ mod tests {
             newton_iterations: 3,
             krylov_iterations: 9,
             residual: 1e-10,
-            ..Orbit::without_motion(frequency_hz, outcome)
+            ..Orbit::motionless(frequency_hz, outcome)
         }
     }
 
@@ -547,7 +547,7 @@ mod tests {
         response.orbits[1] = orbit(20.0, Outcome::AccuracyNotReached, 3.0);
         assert!(peak_rise(&response, 0).is_some_and(|rise| rise > 0.0));
         assert_eq!(peak(&response, 0).map(|p| p.index), Some(1));
-        assert_eq!(with_motion(&response).count(), 3);
+        assert_eq!(moving_orbits(&response).count(), 3);
     }
 
     #[test]
@@ -776,7 +776,7 @@ mod tests {
             newton_iterations: 1,
             residual: 0.0,
             retention_n: None,
-            linear: LinearReference::stuck(&ReducedModel::of_pairs(
+            linear: LinearReference::stuck(&ReducedModel::from_pair_matrices(
                 Mat::identity(3, 3),
                 Mat::identity(3, 3),
             )),

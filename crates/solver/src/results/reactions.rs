@@ -20,7 +20,7 @@ use crate::damping::Rayleigh;
 use crate::excitation::Growth;
 use crate::fem::released::Released;
 use crate::fem::springs::forces_n;
-use crate::fem::{FemError, OnNodes};
+use crate::fem::{FemError, NodeDisplacements};
 use crate::model::{Body, BodyNode, Model, NodeMotion, Spring, SpringSupport};
 use dovetail_numerics::space::{add_scaled, cross, sub};
 use dovetail_numerics::sparse::times;
@@ -30,23 +30,23 @@ use dovetail_numerics::spectrum::{cosine, sine};
 #[derive(Debug)]
 pub struct Supports<'a> {
     model: &'a Model,
-    all: Vec<Support>,
+    all: Vec<BodySupport>,
     /// Equations of each body at the nodes that move with supports.
     equations: BTreeMap<usize, Released>,
 }
 
 /// Support of one body.
 #[derive(Debug)]
-struct Support {
+struct BodySupport {
     body: usize,
     name: String,
     about_m: [f64; 3],
-    shares: Vec<Share>,
+    shares: Vec<SupportFollower>,
 }
 
 /// Node that moves with a held node.
 #[derive(Debug, Clone, Copy)]
-struct Share {
+struct SupportFollower {
     /// Node; the held one itself, or one that follows it.
     at: BodyNode,
     /// Its displacement along each axis where the held node moves by 1.
@@ -78,15 +78,18 @@ impl<'a> Supports<'a> {
     ///
     /// # Errors
     /// The errors of the finite elements at the supports.
-    pub fn new(model: &'a Model, prestressed_m: &[Option<OnNodes>]) -> Result<Self, FemError> {
+    pub fn new(
+        model: &'a Model,
+        prestressed_m: &[Option<NodeDisplacements>],
+    ) -> Result<Self, FemError> {
         let followers = followers(model);
         let bodies = model.bodies.iter().enumerate();
-        let all = bodies.flat_map(|(body, of)| {
+        let supports = bodies.flat_map(|(body, of)| {
             let supports = of.supports.iter().map(move |support| (body, of, support));
             supports.map(|(body, of, support)| {
                 let mut shares = Vec::new();
                 for (node, axes) in &support.nodes {
-                    let share = Share {
+                    let share = SupportFollower {
                         at: BodyNode { body, node: *node },
                         weights: axes.map(f64::from),
                         held_m: of.nodes_m[*node as usize],
@@ -94,7 +97,7 @@ impl<'a> Supports<'a> {
                     };
                     add_share(model, &followers, share, &mut shares);
                 }
-                Support {
+                BodySupport {
                     body,
                     name: support.name.clone(),
                     about_m: centroid(support.nodes.iter().map(|(n, _)| of.nodes_m[*n as usize])),
@@ -102,9 +105,9 @@ impl<'a> Supports<'a> {
                 }
             })
         });
-        let all: Vec<Support> = all.collect();
+        let shares: Vec<BodySupport> = supports.collect();
         let mut nodes: BTreeMap<usize, BTreeSet<u32>> = BTreeMap::new();
-        for share in all.iter().flat_map(|support| &support.shares) {
+        for share in shares.iter().flat_map(|support| &support.shares) {
             nodes
                 .entry(share.at.body)
                 .or_default()
@@ -119,16 +122,16 @@ impl<'a> Supports<'a> {
         Ok(Self {
             model,
             equations: equations.collect::<Result<_, FemError>>()?,
-            all,
+            all: shares,
         })
     }
 
     /// Reactions of all supports, then those of springs to ground, in a static displacement of the
     /// free degrees of freedom of each body, m.
-    pub fn at_rest(&self, free: &[Vec<f64>]) -> Vec<Resultant> {
+    pub fn static_reactions(&self, free: &[Vec<f64>]) -> Vec<Resultant> {
         let column = |u: &Vec<f64>| Mat::from_fn(u.len(), 1, |i, _| u[i]);
         let motion: Vec<Mat<f64>> = free.iter().map(column).collect();
-        self.in_motion(&Moving {
+        self.periodic_reactions(&Moving {
             omega_rad_s: 0.0,
             motion_m: &motion,
             damped_m: &motion,
@@ -138,7 +141,7 @@ impl<'a> Supports<'a> {
 
     /// Reactions of all supports, then those of springs to ground, in a periodic motion under the
     /// excitations of the model.
-    pub fn in_motion(&self, moving: &Moving<'_>) -> Vec<Resultant> {
+    pub fn periodic_reactions(&self, moving: &Moving<'_>) -> Vec<Resultant> {
         let residuals = self.equations.iter();
         let residuals: BTreeMap<usize, Mat<f64>> = residuals
             .map(|(body, equations)| (*body, self.residual(*body, equations, moving)))
@@ -154,7 +157,7 @@ impl<'a> Supports<'a> {
         });
         let springs = self.model.bodies.iter().enumerate().flat_map(|(b, body)| {
             let springs = body.springs.iter();
-            springs.filter_map(move |spring| self.of_spring((b, body), spring, moving))
+            springs.filter_map(move |spring| self.spring_reaction((b, body), spring, moving))
         });
         supports.chain(springs).collect()
     }
@@ -162,7 +165,7 @@ impl<'a> Supports<'a> {
     /// Force and moment of a support on one node, in one block of the residuals of the bodies.
     fn push(
         &self,
-        share: &Share,
+        share: &SupportFollower,
         about_m: [f64; 3],
         block: usize,
         residuals: &BTreeMap<usize, Mat<f64>>,
@@ -170,11 +173,11 @@ impl<'a> Supports<'a> {
         let BodyNode { body, node } = share.at;
         let (equations, residual) = (&self.equations[&body], &residuals[&body]);
         let residual = residual.col_as_slice(block);
-        let at = equations.at(node, residual);
+        let at = equations.node_values(node, residual);
         let force = [0, 1, 2].map(|k| share.weights[k] * at[k]);
         let mut moment = cross(sub(share.held_m, about_m), force);
         if share.with_rotations {
-            add_scaled(&mut moment, 1.0, equations.on_rotations(node, residual));
+            add_scaled(&mut moment, 1.0, equations.rotation_sum(node, residual));
         }
         [force, moment]
     }
@@ -229,7 +232,7 @@ impl<'a> Supports<'a> {
     }
 
     /// Reaction of a spring; `None` where it leads to another group of nodes.
-    fn of_spring(
+    fn spring_reaction(
         &self,
         (number, body): (usize, &Body),
         spring: &Spring,
@@ -268,19 +271,19 @@ impl<'a> Supports<'a> {
 /// Motion u + a v that the stiffness acts on, with v the velocity of the damped part of the motion:
 /// of harmonic k, k w times the sine and less the cosine.
 fn strained(u: &Mat<f64>, damped: &Mat<f64>, omega_rad_s: f64, stiffness_s: f64) -> Mat<f64> {
-    let mut all = u.clone();
-    add_velocity(&mut all, damped.as_ref(), omega_rad_s, stiffness_s);
-    all
+    let mut combined = u.clone();
+    add_velocity(&mut combined, damped.as_ref(), omega_rad_s, stiffness_s);
+    combined
 }
 
 /// Motion u'' + b v that the mass acts on.
 fn accelerated(u: &Mat<f64>, damped: &Mat<f64>, omega_rad_s: f64, mass_per_s: f64) -> Mat<f64> {
-    let mut all = Mat::from_fn(u.nrows(), u.ncols(), |i, block| {
+    let mut accelerations = Mat::from_fn(u.nrows(), u.ncols(), |i, block| {
         let k = block.div_ceil(2) as f64;
         -(k * omega_rad_s).powi(2) * u[(i, block)]
     });
-    add_velocity(&mut all, damped.as_ref(), omega_rad_s, mass_per_s);
-    all
+    add_velocity(&mut accelerations, damped.as_ref(), omega_rad_s, mass_per_s);
+    accelerations
 }
 
 fn add_velocity(all: &mut Mat<f64>, u: MatRef<'_, f64>, omega_rad_s: f64, factor: f64) {
@@ -299,13 +302,16 @@ fn add_velocity(all: &mut Mat<f64>, u: MatRef<'_, f64>, omega_rad_s: f64, factor
 /// Nodes that follow each node that has some, with their weights.
 fn followers(model: &Model) -> BTreeMap<BodyNode, Vec<(BodyNode, f64)>> {
     let slaves = model.pairs.iter().map(|pair| &pair.slave);
-    let mut all: BTreeMap<BodyNode, Vec<(BodyNode, f64)>> = BTreeMap::new();
+    let mut masters: BTreeMap<BodyNode, Vec<(BodyNode, f64)>> = BTreeMap::new();
     for slave in slaves.chain(&model.bonded) {
         for (master, weight) in &slave.masters {
-            all.entry(*master).or_default().push((slave.node, *weight));
+            masters
+                .entry(*master)
+                .or_default()
+                .push((slave.node, *weight));
         }
     }
-    all
+    masters
 }
 
 /// Adds a node, and the nodes that follow it. A follower does not move along axes on which it is
@@ -313,8 +319,8 @@ fn followers(model: &Model) -> BTreeMap<BodyNode, Vec<(BodyNode, f64)>> {
 fn add_share(
     model: &Model,
     followers: &BTreeMap<BodyNode, Vec<(BodyNode, f64)>>,
-    share: Share,
-    shares: &mut Vec<Share>,
+    share: SupportFollower,
+    shares: &mut Vec<SupportFollower>,
 ) {
     shares.push(share);
     for (at, weight) in followers.get(&share.at).into_iter().flatten() {
@@ -322,7 +328,7 @@ fn add_share(
         let follows = |k: usize| if is_held[k] { 0.0 } else { *weight };
         let weights = [0, 1, 2].map(|k| follows(k) * share.weights[k]);
         if weights != [0.0; 3] {
-            let follower = Share {
+            let follower = SupportFollower {
                 at: *at,
                 weights,
                 with_rotations: false,

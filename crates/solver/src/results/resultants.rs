@@ -1,6 +1,6 @@
 //! Forces and moments that contacts transmit, and those of all that pushes a body as a table has them.
 
-use super::signals::over_period;
+use super::signals::sample_period;
 use crate::dlft::{Orbit, StaticState};
 use crate::model::Model;
 use dovetail_numerics::space::{add_scaled, cross, sub};
@@ -55,7 +55,7 @@ pub struct Resultant {
 /// 1, ...
 pub fn ends_of(coefficients: &[f64]) -> [f64; 2] {
     let ends = [f64::INFINITY, f64::NEG_INFINITY];
-    over_period(coefficients, INSTANTS)
+    sample_period(coefficients, INSTANTS)
         .into_iter()
         .fold(ends, |[least, largest], v| [least.min(v), largest.max(v)])
 }

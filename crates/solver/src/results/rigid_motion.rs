@@ -30,7 +30,7 @@ pub(crate) struct RigidMotion {
 
 /// Kind of a rigid motion. Directions have length 1, and their largest component is positive.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Kind {
+pub enum RigidMotionKind {
     /// Translation along a direction.
     Along(Vector),
     /// Rotation about an axis.
@@ -51,7 +51,7 @@ pub struct BodyMotion {
     /// Name of the body.
     pub name: String,
     /// Kind of the motion.
-    pub kind: Kind,
+    pub kind: RigidMotionKind,
 }
 
 impl RigidMotion {
@@ -94,15 +94,15 @@ impl RigidMotion {
     }
 
     /// Kind of the motion; `None` where nothing moves.
-    pub(crate) fn kind(&self) -> Option<Kind> {
+    pub(crate) fn kind(&self) -> Option<RigidMotionKind> {
         let turns = self.turned_m() > TURNS * norm(self.translation_m);
         match unit(self.rotation_rad).filter(|_| turns) {
-            None => unit(self.translation_m).map(|along| Kind::Along(forwards(along))),
+            None => unit(self.translation_m).map(|along| RigidMotionKind::Along(forwards(along))),
             Some(axis) => {
                 // t + w x (p - c) is along the axis at p = c + w x t / |w|^2.
                 let square = dot(self.rotation_rad, self.rotation_rad);
                 let arm = scaled(cross(self.rotation_rad, self.translation_m), square.recip());
-                Some(Kind::About {
+                Some(RigidMotionKind::About {
                     axis: forwards(axis),
                     through_m: [0, 1, 2].map(|a| self.centre_m[a] + arm[a]),
                 })
@@ -124,12 +124,12 @@ fn forwards(direction: Vector) -> Vector {
 /// Rigid motions of the bodies that move, from the displacements of all nodes of each body.
 pub(crate) fn rigid_motions(model: &Model, displacements_m: &[NodalField]) -> Vec<RigidMotion> {
     let bodies = model.bodies.iter().zip(displacements_m).enumerate();
-    let all: Vec<RigidMotion> = bodies
+    let motions: Vec<RigidMotion> = bodies
         .map(|(b, (body, field))| RigidMotion::nearest(b, &body.nodes_m, field))
         .collect();
-    let most = all.iter().map(RigidMotion::size_m).fold(0.0, f64::max);
+    let most = motions.iter().map(RigidMotion::size_m).fold(0.0, f64::max);
     let moves = |motion: &RigidMotion| most > 0.0 && motion.size_m() > MOVES * most;
-    all.into_iter().filter(moves).collect()
+    motions.into_iter().filter(moves).collect()
 }
 
 #[cfg(test)]
@@ -154,7 +154,7 @@ mod tests {
         let nodes = corners();
         let field = vec![[0.0, -0.6e-6, 0.3e-6]; nodes.len()];
         let motion = RigidMotion::nearest(0, &nodes, &field);
-        let Some(Kind::Along(direction)) = motion.kind() else {
+        let Some(RigidMotionKind::Along(direction)) = motion.kind() else {
             panic!("{motion:?}");
         };
         let expected = unit([0.0, 2.0, -1.0]).unwrap();
@@ -168,7 +168,7 @@ mod tests {
         let turned = |p: &Vector| scaled(cross(axis, sub(*p, through)), -1e-3);
         let field: Vec<Vector> = nodes.iter().map(turned).collect();
         let motion = RigidMotion::nearest(0, &nodes, &field);
-        let Some(Kind::About {
+        let Some(RigidMotionKind::About {
             axis: found,
             through_m,
         }) = motion.kind()

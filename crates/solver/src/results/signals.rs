@@ -36,7 +36,7 @@ impl PairSignals {
 
 /// Signal with these coefficients (mean, cosine 1, sine 1, ...) at `instants` or more evenly spaced
 /// instants of a period, without its end.
-pub(crate) fn over_period(coefficients: &[f64], instants: usize) -> Vec<f64> {
+pub(crate) fn sample_period(coefficients: &[f64], instants: usize) -> Vec<f64> {
     let harmonics = coefficients.len() / 2;
     let fourier = Fourier::new(harmonics, instants.max(4 * (harmonics + 1)));
     let mut signal = vec![0.0; fourier.samples()];
@@ -50,7 +50,7 @@ pub fn pair_signals(orbit: &Orbit, pair: usize, instants: usize) -> PairSignals 
     let fourier = Fourier::new(orbit.harmonics, instants.max(4 * (orbit.harmonics + 1)));
     let signal = |v: &[f64], component: usize| {
         let v = Spectrum::new(v, orbit.harmonics);
-        let coefficients: Vec<f64> = v.of_signal(3 * pair + component).collect();
+        let coefficients: Vec<f64> = v.signal_coefficients(3 * pair + component).collect();
         let mut out = vec![0.0; fourier.samples()];
         fourier.to_time(&coefficients, &mut out);
         out

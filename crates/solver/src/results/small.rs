@@ -6,8 +6,8 @@ use super::far_slip::ShorterSides;
 use super::pairs::PairTable;
 use crate::dlft::{Response, StaticState};
 use crate::model::Model;
-use crate::reduced::Quantity;
-use crate::results::quantities::{cycle_fields, static_fields, with_motion};
+use crate::reduced::ObservedQuantity;
+use crate::results::quantities::{cycle_fields, moving_orbits, static_fields};
 use dovetail_numerics::space::extent;
 
 /// Displacement that deserves a warning, relative to the longest side of its body.
@@ -22,7 +22,7 @@ pub const LARGE_INTERFERENCE: f64 = 0.1;
 
 /// Sizes of a meshed assembly.
 #[derive(Debug, Clone)]
-pub struct Sizes<'m> {
+pub struct AssemblySizes<'m> {
     model: &'m Model,
     /// Longest side of the box around each body, along the axes, m.
     bodies_m: Vec<f64>,
@@ -53,7 +53,7 @@ impl Moved {
 
 /// Pressure or clearance of a contact, relative to its limit.
 #[derive(Debug, Clone, PartialEq)]
-pub struct AtContact {
+pub struct ContactShare {
     /// Name of the contact.
     pub contact: String,
     /// Pressure, Pa, or clearance, m; negative for an interference.
@@ -62,22 +62,29 @@ pub struct AtContact {
     pub share: f64,
 }
 
-impl<'m> Sizes<'m> {
+impl<'m> AssemblySizes<'m> {
     /// Sizes of an assembly.
-    pub fn of(model: &'m Model) -> Self {
+    pub fn new(model: &'m Model) -> Self {
         let side = |nodes_m: &[[f64; 3]], axis: usize| extent(nodes_m.iter().map(|p| p[axis]));
         let longest = |nodes_m: &[[f64; 3]]| (0..3).map(|a| side(nodes_m, a)).fold(0.0, f64::max);
-        let sides = ShorterSides::of(&PairTable::of_model(model));
+        let sides = ShorterSides::new(&PairTable::from_model(model));
         let flank_m = |contact: usize| {
-            let own = || {
+            let contact_pairs = || {
                 model
                     .pairs
                     .iter()
                     .enumerate()
                     .filter(|(_, p)| p.contact == contact)
             };
-            let side = own().next().and_then(|(pair, _)| sides.of_pair(pair));
-            side.unwrap_or_else(|| own().map(|(_, pair)| pair.area_m2).sum::<f64>().sqrt())
+            let side = contact_pairs()
+                .next()
+                .and_then(|(pair, _)| sides.pair_side_m(pair));
+            side.unwrap_or_else(|| {
+                contact_pairs()
+                    .map(|(_, pair)| pair.area_m2)
+                    .sum::<f64>()
+                    .sqrt()
+            })
         };
         Self {
             model,
@@ -111,11 +118,11 @@ impl<'m> Sizes<'m> {
     pub(crate) fn farthest_observed(&self, response: &Response) -> Option<Moved> {
         let of_point = |i: usize| {
             let observation = &self.model.observations[i];
-            if observation.quantity != Quantity::Displacement {
+            if observation.quantity != ObservedQuantity::Displacement {
                 return None;
             }
             let body = observation.terms.first()?.0.body;
-            let largest = with_motion(response).filter_map(|orbit| {
+            let largest = moving_orbits(response).filter_map(|orbit| {
                 let mean = orbit.observed.get(i)?.first()?.abs();
                 Some(mean + orbit.observed_amplitude.get(i)?)
             });
@@ -126,21 +133,21 @@ impl<'m> Sizes<'m> {
 
     /// Largest pressure of the static state relative to the lower Young's modulus of the two
     /// bodies; `None` where the state did not converge.
-    pub fn hardest_static(&self, state: &StaticState) -> Option<AtContact> {
+    pub fn hardest_static(&self, state: &StaticState) -> Option<ContactShare> {
         let fields = static_fields(state, &self.model.pairs);
         let valid = state.outcome.is_converged();
         self.hardest(&fields.pressure_pa).filter(|_| valid)
     }
 
     /// Largest pressure of the response relative to the lower Young's modulus of the two bodies.
-    pub fn hardest_in_motion(&self, response: &Response) -> Option<AtContact> {
-        let of_orbits = with_motion(response).filter_map(|orbit| {
+    pub fn hardest_in_motion(&self, response: &Response) -> Option<ContactShare> {
+        let of_orbits = moving_orbits(response).filter_map(|orbit| {
             self.hardest(&cycle_fields(orbit, &self.model.pairs).pressure_max_pa)
         });
         of_orbits.reduce(larger)
     }
 
-    fn hardest(&self, pressures_pa: &[f64]) -> Option<AtContact> {
+    fn hardest(&self, pressures_pa: &[f64]) -> Option<ContactShare> {
         let pairs = self.model.pairs.iter().zip(pressures_pa);
         // A modulus is not known where the matrices come from another program.
         let pressed = pairs.filter_map(|(pair, &pressure_pa)| {
@@ -148,7 +155,7 @@ impl<'m> Sizes<'m> {
             let materials = bodies.into_iter().flatten();
             let materials = materials.filter_map(|at| self.model.bodies[at.body].material());
             let modulus = materials.map(|material| material.young_pa);
-            Some(AtContact {
+            Some(ContactShare {
                 contact: self.model.contact_names[pair.contact].clone(),
                 value: pressure_pa,
                 share: pressure_pa / modulus.reduce(f64::min)?,
@@ -159,10 +166,10 @@ impl<'m> Sizes<'m> {
 
     /// Widest clearance and deepest interference of the pairs relative to the sizes of their
     /// flanks.
-    pub fn widest_gaps(&self) -> [Option<AtContact>; 2] {
+    pub fn widest_gaps(&self) -> [Option<ContactShare>; 2] {
         let gaps = |sign: f64| {
             let pairs = self.model.pairs.iter();
-            let gaps = pairs.map(|pair| AtContact {
+            let gaps = pairs.map(|pair| ContactShare {
                 contact: self.model.contact_names[pair.contact].clone(),
                 value: pair.law.gap_m,
                 share: sign * pair.law.gap_m / self.flanks_m[pair.contact],
@@ -178,6 +185,6 @@ fn farthest(moved: impl Iterator<Item = Moved>) -> Option<Moved> {
     there.reduce(|a, b| if b.share() > a.share() { b } else { a })
 }
 
-fn larger(a: AtContact, b: AtContact) -> AtContact {
+fn larger(a: ContactShare, b: ContactShare) -> ContactShare {
     if b.share > a.share { b } else { a }
 }

@@ -40,7 +40,7 @@ pub struct StressCycle {
 impl StressCycle {
     /// Cycle of the stresses `mean + sum_k cosine_k cos(k w t) + sine_k sin(k w t)`, Pa, which are
     /// given as mean, cosine 1, sine 1, ...
-    pub(crate) fn of(coefficients_pa: &[[f64; 6]]) -> Self {
+    pub(crate) fn new(coefficients_pa: &[[f64; 6]]) -> Self {
         let Some((mean, moving)) = coefficients_pa.split_first() else {
             return Self::default();
         };
@@ -48,10 +48,12 @@ impl StressCycle {
         let trace = mean[0] + mean[1] + mean[2];
         // A length in this space is an equivalent stress.
         let mean = deviator(*mean);
-        let moving = Moving(moving.iter().copied().map(deviator).collect());
+        let moving = StressMotion(moving.iter().copied().map(deviator).collect());
         let instants = (SAMPLES * moving.harmonics()).clamp(LEAST_SAMPLES, MOST_SAMPLES);
         let step = TAU / instants as f64;
-        let path: Vec<[f64; 6]> = (0..instants).map(|i| moving.at(step * i as f64)).collect();
+        let path: Vec<[f64; 6]> = (0..instants)
+            .map(|i| moving.deviator(step * i as f64))
+            .collect();
         let origin = mean.map(|m| -m);
         let (mut range, mut farthest) = (-1.0, [0; 2]);
         let (mut size, mut largest) = (-1.0, 0);
@@ -68,12 +70,12 @@ impl StressCycle {
             }
         }
         let instant_rad = |i: usize| step * i as f64;
-        let range = moving.climb(
+        let range = moving.local_maximum(
             |[a, b]| squared_distance(a, b),
             farthest.map(instant_rad),
             step,
         );
-        let size = moving.climb(
+        let size = moving.local_maximum(
             |[a]| squared_distance(a, &origin),
             [instant_rad(largest)],
             step,
@@ -120,15 +122,15 @@ fn squared_distance(a: &[f64; 6], b: &[f64; 6]) -> f64 {
 }
 
 /// Part of a stress that changes with time, as deviators: cosine 1, sine 1, ...
-struct Moving(Vec<[f64; 6]>);
+struct StressMotion(Vec<[f64; 6]>);
 
-impl Moving {
+impl StressMotion {
     fn harmonics(&self) -> usize {
         self.0.len() / 2
     }
 
     /// Deviator at a phase of the period.
-    fn at(&self, phase_rad: f64) -> [f64; 6] {
+    fn deviator(&self, phase_rad: f64) -> [f64; 6] {
         let (first_sin, first_cos) = phase_rad.sin_cos();
         let (mut sin, mut cos) = (first_sin, first_cos);
         let mut sum = [0.0; 6];
@@ -145,13 +147,13 @@ impl Moving {
     }
 
     /// Largest value near `N` phases, by steps of each of them that are halved where none rises.
-    fn climb<const N: usize>(
+    fn local_maximum<const N: usize>(
         &self,
         value: impl Fn([&[f64; 6]; N]) -> f64,
         mut phases_rad: [f64; N],
         step: f64,
     ) -> f64 {
-        let mut places = phases_rad.map(|phase_rad| self.at(phase_rad));
+        let mut places = phases_rad.map(|phase_rad| self.deviator(phase_rad));
         let mut best = value(places.each_ref());
         let (mut step, mut halvings) = (0.5 * step, 0);
         while halvings < HALVINGS {
@@ -159,12 +161,13 @@ impl Moving {
             for i in 0..N {
                 for way in [-step, step] {
                     let phase_rad = phases_rad[i] + way;
-                    let other = self.at(phase_rad);
+                    let other = self.deviator(phase_rad);
                     let mut others = places.each_ref();
                     others[i] = &other;
-                    let found = value(others);
-                    if found > best {
-                        (best, phases_rad[i], places[i], rises) = (found, phase_rad, other, true);
+                    let candidate = value(others);
+                    if candidate > best {
+                        (best, phases_rad[i], places[i], rises) =
+                            (candidate, phase_rad, other, true);
                     }
                 }
             }
@@ -183,7 +186,7 @@ pub fn dynamic_stress(model: &Model, motion_m: &[Vec<NodalField>]) -> Vec<BodySt
     let bodies = harmonic_stress(model, motion_m).into_iter();
     let with_cycles = |coefficients_pa: Vec<NodalStress>| {
         let nodes = coefficients_pa.first().map_or(0, Vec::len);
-        let cycle = |node: usize| StressCycle::of(&of_node(&coefficients_pa, node));
+        let cycle = |node: usize| StressCycle::new(&node_stress(&coefficients_pa, node));
         BodyStress {
             cycles: (0..nodes).into_par_iter().map(cycle).collect(),
             coefficients_pa,
@@ -206,7 +209,7 @@ pub(crate) fn harmonic_stress(
 }
 
 /// Stress of a node over the period, Pa, from the fields of all: mean, cosine 1, sine 1, ...
-pub(crate) fn of_node(coefficients_pa: &[NodalStress], node: usize) -> Vec<[f64; 6]> {
+pub(crate) fn node_stress(coefficients_pa: &[NodalStress], node: usize) -> Vec<[f64; 6]> {
     coefficients_pa.iter().map(|field| field[node]).collect()
 }
 
@@ -241,10 +244,10 @@ impl Singular {
 /// belong to, with the reason.
 pub fn singular_nodes(model: &Model) -> Vec<Vec<Option<Singular>>> {
     let bodies = model.bodies.iter();
-    let mut found: Vec<Vec<Option<Singular>>> = bodies.map(at_supports).collect();
+    let mut marks: Vec<Vec<Option<Singular>>> = bodies.map(support_singularities).collect();
     let mut mark = |body: usize, node: u32, reason: Singular| {
         // Auxiliary nodes of springs are no nodes of the mesh.
-        if let Some(place) = found[body].get_mut(node as usize) {
+        if let Some(place) = marks[body].get_mut(node as usize) {
             place.get_or_insert(reason);
         }
     };
@@ -275,14 +278,14 @@ pub fn singular_nodes(model: &Model) -> Vec<Vec<Option<Singular>>> {
             mark(*body, *node, Singular::PointLoad);
         }
     }
-    let bodies = model.bodies.iter().zip(found);
+    let bodies = model.bodies.iter().zip(marks);
     bodies
-        .map(|(body, own)| with_elements(body, &own))
+        .map(|(body, own)| extend_to_elements(body, &own))
         .collect()
 }
 
 /// Supports of a body.
-fn at_supports(body: &Body) -> Vec<Option<Singular>> {
+fn support_singularities(body: &Body) -> Vec<Option<Singular>> {
     let held: std::collections::HashSet<u32> = body.held_dofs.iter().map(|dof| dof / 3).collect();
     let is_support = |motion: &NodeMotion| match motion {
         NodeMotion::Fixed => true,
@@ -297,17 +300,17 @@ fn at_supports(body: &Body) -> Vec<Option<Singular>> {
 
 /// Marks all nodes of elements with a marked node: what is singular at one node counts in the
 /// whole element.
-fn with_elements(body: &Body, own: &[Option<Singular>]) -> Vec<Option<Singular>> {
-    let mut all = own.to_vec();
+fn extend_to_elements(body: &Body, own: &[Option<Singular>]) -> Vec<Option<Singular>> {
+    let mut marks = own.to_vec();
     for nodes in body.elements.iter() {
         let reason = nodes.iter().find_map(|&node| own[node as usize]);
         if let Some(reason) = reason {
             for &node in nodes {
-                all[node as usize].get_or_insert(reason);
+                marks[node as usize].get_or_insert(reason);
             }
         }
     }
-    all
+    marks
 }
 
 /// Corners of each body at the edges of its flanks: flanks are faces of elements all of whose
@@ -407,7 +410,7 @@ pub fn highest_stress(
         Some(utilisation) if ranked_by_use => utilisation,
         _ => place.cycle.amplitude_pa,
     };
-    let mut all = Vec::new();
+    let mut places = Vec::new();
     for (b, (body, stress)) in model.bodies.iter().zip(stress).enumerate() {
         let place = |node: usize| StressPlace {
             at: BodyNode {
@@ -430,11 +433,11 @@ pub fn highest_stress(
             }
         }
         let nodes = is_highest.iter().enumerate();
-        all.extend(nodes.filter(|(_, is)| **is).map(|(node, _)| place(node)));
+        places.extend(nodes.filter(|(_, is)| **is).map(|(node, _)| place(node)));
     }
-    all.sort_by(|a, b| figure(b).total_cmp(&figure(a)));
-    let regular = all.iter().filter(|place| place.singular.is_none());
-    let first = |reason: &Singular| all.iter().find(|place| place.singular == Some(*reason));
+    places.sort_by(|a, b| figure(b).total_cmp(&figure(a)));
+    let regular = places.iter().filter(|place| place.singular.is_none());
+    let first = |reason: &Singular| places.iter().find(|place| place.singular == Some(*reason));
     let mut singular: Vec<StressPlace> = Singular::ALL.iter().filter_map(first).copied().collect();
     singular.sort_by(|a, b| figure(b).total_cmp(&figure(a)));
     HighestStress {
@@ -466,7 +469,7 @@ mod tests {
         let phase: f64 = 0.3;
         let moving = [phase.cos(), phase.sin()].map(|part| times(UNIAXIAL, 40.0 * part));
         for sign in [1.0, -1.0] {
-            let cycle = StressCycle::of(&[times(UNIAXIAL, 100.0 * sign), moving[0], moving[1]]);
+            let cycle = StressCycle::new(&[times(UNIAXIAL, 100.0 * sign), moving[0], moving[1]]);
             assert!((cycle.mean_pa - 100.0 * sign).abs() < 1e-12);
             assert!((cycle.amplitude_pa - 40.0).abs() < 1e-5, "{cycle:?}");
             assert!((cycle.largest_pa - 140.0).abs() < 1e-5, "{cycle:?}");
@@ -483,7 +486,7 @@ mod tests {
         let product = |a: [f64; 6], b: [f64; 6]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
         let (cc, ss, cs) = (product(c, c), product(s, s), product(c, s));
         let longer = 0.5 * (cc + ss) + (0.25 * (cc - ss).powi(2) + cs * cs).sqrt();
-        let found = StressCycle::of(&[[0.0; 6], cosine, sine]).amplitude_pa;
+        let found = StressCycle::new(&[[0.0; 6], cosine, sine]).amplitude_pa;
         assert!(
             (found - longer.sqrt()).abs() < 1e-5 * found,
             "{found} {longer}"
@@ -496,7 +499,7 @@ mod tests {
     fn range_of_two_harmonics_is_that_of_their_sum() {
         let a = 0.8;
         let zero = [0.0; 6];
-        let cycle = StressCycle::of(&[zero, SHEAR, zero, times(SHEAR, a), zero]);
+        let cycle = StressCycle::new(&[zero, SHEAR, zero, times(SHEAR, a), zero]);
         let range = 1.0 + a + a + 1.0 / (8.0 * a);
         let expected = 0.5 * 3.0_f64.sqrt() * range;
         assert!(
@@ -508,7 +511,7 @@ mod tests {
     #[test]
     fn pressure_alone_has_no_equivalent_stress() {
         let pressure = [-5.0, -5.0, -5.0, 0.0, 0.0, 0.0];
-        let cycle = StressCycle::of(&[pressure, pressure, pressure]);
+        let cycle = StressCycle::new(&[pressure, pressure, pressure]);
         assert!(cycle.amplitude_pa.abs() < 1e-12 && cycle.largest_pa.abs() < 1e-12);
     }
 

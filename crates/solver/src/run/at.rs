@@ -4,8 +4,8 @@
 
 use super::bodies::Source;
 use super::error::Error;
-use super::reduced::Reduced;
-use super::response::{at_one_speed, frequencies_hz, off_undamped_modes, settings};
+use super::reduced::ReducedScene;
+use super::response::{check_one_speed, check_undamped_modes, frequencies_hz, settings};
 use super::session::Session;
 use super::statics;
 use crate::damping::Rayleigh;
@@ -38,7 +38,7 @@ pub(super) fn scene_at(scene: &Scene, speed_rpm: f64, [from_hz, to_hz]: [f64; 2]
 /// Damping and settings of the motions about a static state, with the memory that a solution takes.
 fn means(
     scene: &Scene,
-    reduced: &Reduced,
+    reduced: &ReducedScene,
     state: &StaticState,
 ) -> Result<(Rayleigh, SweepSettings, u64), Error> {
     let omega2 = reduced.linear_omega2(state);
@@ -46,7 +46,7 @@ fn means(
     let frequencies_hz = frequencies_hz(&scene.response, &omega2)?;
     let resolution = scene.response.resolution;
     let harmonics = resolution.most_harmonics();
-    off_undamped_modes(&reduced.problem, state, damping, &frequencies_hz, harmonics)?;
+    check_undamped_modes(&reduced.problem, state, damping, &frequencies_hz, harmonics)?;
     let ends = [frequencies_hz.first(), frequencies_hz.last()];
     let ends = ends.into_iter().flatten().copied().collect();
     let settings = settings(&scene.response, ends, resolution);
@@ -55,15 +55,15 @@ fn means(
         true => 0,
         false => demand::bytes(problem, &settings),
     };
-    memory::ask_for(bytes).map_err(|source| Error::TooLittleMemory { blocks, source })?;
+    memory::check_available(bytes).map_err(|source| Error::TooLittleMemory { blocks, source })?;
     Ok((damping, settings, bytes))
 }
 
 /// Model at one value, about its static state.
-pub(super) struct At {
+pub(super) struct ModelAtValue {
     pub value: f64,
     pub scene: Scene,
-    pub reduced: Reduced,
+    pub reduced: ReducedScene,
     pub state: StaticState,
     pub damping: Rayleigh,
     /// Settings with the first and the last frequency of the scene.
@@ -72,27 +72,28 @@ pub(super) struct At {
     pub bytes: u64,
 }
 
-impl At {
+impl ModelAtValue {
     /// Model of a scene. What is the same as at the value before is taken from there.
     ///
     /// # Errors
-    /// [`Error::AllBonded`], [`Error::AlongEngineOrder`]; those of [`Reduced::of`] and of [`At::about`].
-    pub(crate) fn of(
+    /// [`Error::AllBonded`], [`Error::AlongEngineOrder`]; those of [`ReducedScene::new`] and of
+    /// [`ModelAtValue::from_reduced`].
+    pub(crate) fn new(
         (value, scene): (f64, Scene),
         source: &Source,
-        before: Option<&At>,
+        before: Option<&ModelAtValue>,
         session: &Session<'_>,
     ) -> Result<Self, Error> {
-        at_one_speed(&scene, "peaks are those over the frequency at one speed")?;
+        check_one_speed(&scene, "peaks are those over the frequency at one speed")?;
         let reduced = match before.and_then(|before| before.reduced_for(&scene)) {
             Some(reduced) => reduced,
-            None => Reduced::of(&scene, source.clone(), session)?,
+            None => ReducedScene::new(&scene, source.clone(), session)?,
         };
         if reduced.problem.laws.is_empty() {
             let why = "peaks without friction are those of the linear response, which `run` has";
             return Err(Error::AllBonded { why });
         }
-        Self::about((value, scene), reduced, before, session)
+        Self::from_reduced((value, scene), reduced, before, session)
     }
 
     /// A reduced model of a scene about its static state, which is that of the value before where
@@ -101,10 +102,10 @@ impl At {
     /// # Errors
     /// A static state that nothing can vibrate about; the errors of damping and frequencies;
     /// [`Error::TooLittleMemory`].
-    pub(crate) fn about(
+    pub(crate) fn from_reduced(
         (value, scene): (f64, Scene),
-        reduced: Reduced,
-        before: Option<&At>,
+        reduced: ReducedScene,
+        before: Option<&ModelAtValue>,
         session: &Session<'_>,
     ) -> Result<Self, Error> {
         let statics = statics::static_options(&scene);
@@ -115,9 +116,9 @@ impl At {
         let state = match before {
             Some(before) => before.state.clone(),
             None => {
-                let found = super::statics(&scene, &reduced, false, session)?;
-                found.usable()?;
-                found.state
+                let statics = super::statics(&scene, &reduced, false, session)?;
+                statics.usable()?;
+                statics.state
             }
         };
         let (damping, settings, bytes) = means(&scene, &reduced, &state)?;
@@ -136,7 +137,7 @@ impl At {
     ///
     /// # Errors
     /// The errors of damping and frequencies about the state; [`Error::TooLittleMemory`].
-    pub(crate) fn rest_in(&mut self, state: StaticState) -> Result<(), Error> {
+    pub(crate) fn set_static_state(&mut self, state: StaticState) -> Result<(), Error> {
         (self.damping, self.settings, self.bytes) = means(&self.scene, &self.reduced, &state)?;
         self.state = state;
         Ok(())
@@ -144,7 +145,7 @@ impl At {
 
     /// Reduced model of another scene that differs in nothing but the law and the force of a reduced
     /// model that is read; `None` for others.
-    pub(super) fn reduced_for(&self, scene: &Scene) -> Option<Reduced> {
+    pub(super) fn reduced_for(&self, scene: &Scene) -> Option<ReducedScene> {
         let (Subject::ReducedModel(own), Subject::ReducedModel(other)) =
             (&self.scene.subject, &scene.subject)
         else {
@@ -157,12 +158,12 @@ impl At {
         }
         let model = self.reduced.model().clone();
         let excitations = &self.reduced.of_folder;
-        let problem = Problem::of_excitations(model, other.law, excitations, other.force_n);
+        let problem = Problem::excited(model, other.law, excitations, other.force_n);
         let mut pairs = self.reduced.pairs.clone();
         for row in &mut pairs.rows {
             (row.friction, row.gap_m) = (other.law.friction, other.law.gap_m);
         }
-        Some(Reduced {
+        Some(ReducedScene {
             pairs,
             problem: problem.with_modal_ratios(&scene.modal_ratios).ok()?,
             bodies: None,

@@ -3,7 +3,7 @@
 
 use super::bodies::Source;
 use super::error::Error;
-use super::reduced::Reduced;
+use super::reduced::ReducedScene;
 use super::response::{frequencies_hz, settings};
 use super::session::{Session, Stage};
 use crate::description::Scene;
@@ -44,7 +44,7 @@ pub struct BackboneQuestion<'a> {
 #[non_exhaustive]
 pub struct ModeBackbone {
     /// Reduced model.
-    pub reduced: Reduced,
+    pub reduced: ReducedScene,
     /// Number of the linear mode, counted from 1.
     pub mode: usize,
     /// Number of the observed displacement whose amplitudes were asked for.
@@ -70,15 +70,15 @@ pub fn backbone(
     question: &BackboneQuestion<'_>,
     session: &Session<'_>,
 ) -> Result<ModeBackbone, Error> {
-    let reduced = Reduced::of(scene, source, session)?;
+    let reduced = ReducedScene::new(scene, source, session)?;
     if reduced.problem.laws.is_empty() {
         let why = "the frequency and the damping of a mode then do not depend on its amplitude";
         return Err(Error::AllBonded { why });
     }
     let observation = reduced.observed(question.observation)?;
-    let found = super::statics(scene, &reduced, false, session)?;
-    found.usable()?;
-    let state = found.state;
+    let statics = super::statics(scene, &reduced, false, session)?;
+    statics.usable()?;
+    let state = statics.state;
     let omega2 = reduced.linear_omega2(&state);
     let linear_hz: Vec<f64> = omega2.iter().map(|w2| hertz(*w2)).collect();
     let mode = match question.mode {
@@ -97,7 +97,7 @@ pub fn backbone(
     let settings = settings(&scene.response, vec![own_hz], resolution);
     let blocks = blocks(resolution.most_harmonics());
     let bytes = demand::bytes(&reduced.problem, &settings);
-    memory::ask_for(bytes).map_err(|source| Error::TooLittleMemory { blocks, source })?;
+    memory::check_available(bytes).map_err(|source| Error::TooLittleMemory { blocks, source })?;
     let range = BackboneRange {
         mode,
         observation,
@@ -107,7 +107,7 @@ pub fn backbone(
     let steps = session.steps(range.amplitudes_m.len(), "amplitudes");
     let mut tell = |_: &_| {
         steps.step();
-        session.goes_on().is_ok()
+        session.check_running().is_ok()
     };
     let followed = follow(
         &reduced.problem,
@@ -119,12 +119,12 @@ pub fn backbone(
     );
     drop(steps);
     drop(stage);
-    session.goes_on()?;
+    session.check_running()?;
     let mut backbone = followed.ok_or_else(|| Error::NotInMode {
         mode: mode + 1,
         name: reduced.observations()[observation].name.clone(),
     })?;
-    let sides = ShorterSides::of(&reduced.pairs);
+    let sides = ShorterSides::new(&reduced.pairs);
     let orbits = backbone.points.iter_mut().map(|point| &mut point.orbit);
     orbits.for_each(|orbit| {
         sides.judge_orbit(orbit);
@@ -144,7 +144,7 @@ pub fn backbone(
 /// Number from 0 of the linear mode in a range of frequencies that moves an observed displacement
 /// most.
 fn largest_shape(
-    reduced: &Reduced,
+    reduced: &ReducedScene,
     state: &StaticState,
     linear_hz: &[f64],
     range_hz: &[f64],
@@ -155,7 +155,7 @@ fn largest_shape(
         [hz.min(from), hz.max(to)]
     });
     let problem = &reduced.problem;
-    let of = problem.reduced.of_harmonic(1);
+    let of = problem.reduced.harmonic_model(1);
     let point = &of.observations()[observation];
     let moved = |mode: usize| {
         let (x, q) = state.linear.first_harmonic_motion(problem, mode);

@@ -5,7 +5,7 @@ use std::sync::{Arc, OnceLock};
 
 use faer::Mat;
 
-use super::kept::{Key, ReductionModes};
+use super::kept::{ReductionKey, ReductionModes};
 use crate::dlft::{Orbit, StaticState};
 use crate::excitation::Excitation;
 use crate::fem::mass_properties::MassProperties;
@@ -87,7 +87,7 @@ pub struct Bound {
 impl Bound {
     /// The same bodies and pairs at another speed of rotation; `None` where nothing rotates. The
     /// speed that they have and the other one are above 0.
-    pub(super) fn at_speed(&self, speed_rad_s: f64) -> Option<Self> {
+    pub(super) fn with_speed(&self, speed_rad_s: f64) -> Option<Self> {
         let (mut model, mut properties) = (self.model.clone(), self.properties.clone());
         let rotation = model.rotation.as_mut().filter(|r| r.speed_rad_s != 0.0)?;
         let growth = (speed_rad_s / rotation.speed_rad_s).powi(2);
@@ -115,8 +115,8 @@ pub struct Bodies {
     pub(super) recovery: OnceLock<Recovery>,
     /// Recovery for the waves of each nodal diameter that a harmonic has, where it has been made, and
     /// the key that it is kept under.
-    pub(super) wave_recoveries: BTreeMap<usize, (OnceLock<Recovery>, Option<Key>)>,
-    pub(super) key: Option<Key>,
+    pub(super) wave_recoveries: BTreeMap<usize, (OnceLock<Recovery>, Option<ReductionKey>)>,
+    pub(super) key: Option<ReductionKey>,
 }
 
 impl Bodies {
@@ -163,10 +163,10 @@ impl Bodies {
             recovery.full_motion(columns(&x, usize::MAX).as_ref(), modal.as_ref())
         })];
         for k in waves {
-            let own = wave(k)?;
-            let recovery = self.wave_recoveries.get(&own.nodal_diameter)?.0.get()?;
+            let wave = wave(k)?;
+            let recovery = self.wave_recoveries.get(&wave.nodal_diameter)?.0.get()?;
             let parts = both(&k);
-            let on_copies = own.widened_parts(parts.map(|b| x.block(b)));
+            let on_copies = wave.widened_parts(parts.map(|b| x.block(b)));
             let on_copies = columns(&on_copies.each_ref().map(Vec::as_slice), usize::MAX);
             let modal = columns(&parts.map(|b| modal.block(b)), recovery.mode_count());
             let moved = recovery.full_motion(on_copies.as_ref(), modal.as_ref());
@@ -195,7 +195,7 @@ impl Bodies {
 
     /// Fields of all nodes of each body, m, 2H+1 each, of a motion of the free degrees of freedom
     /// ([`Bodies::free_motion_m`]).
-    pub fn on_nodes_m(&self, motion: &[Mat<f64>]) -> Vec<Vec<NodalField>> {
+    pub fn node_fields_m(&self, motion: &[Mat<f64>]) -> Vec<Vec<NodalField>> {
         let bodies = self.model().bodies.iter().zip(motion);
         let on_nodes = bodies.map(|(body, motion)| {
             let columns = 0..motion.ncols();
@@ -208,7 +208,7 @@ impl Bodies {
     /// Fields of all nodes of each body in an orbit, m, 2H+1 each: mean, cosine 1, sine 1, ...
     /// `None` without a recovery.
     pub fn motion_m(&self, orbit: &Orbit) -> Option<Vec<Vec<NodalField>>> {
-        Some(self.on_nodes_m(&self.free_motion_m(orbit)?))
+        Some(self.node_fields_m(&self.free_motion_m(orbit)?))
     }
 
     /// Listed modes on the nodes: those of the stuck assembly, if there is a recovery, and those of
@@ -217,9 +217,9 @@ impl Bodies {
         let bodies = &self.model().bodies;
         let on_nodes = |b: usize, free: &[f64]| {
             let dofs = &bodies[b].dofs;
-            let mut all = vec![0.0; 3 * dofs.free_nodes()];
-            all[..free.len()].copy_from_slice(free);
-            expand_to_nodes(dofs, &all)
+            let mut displacement = vec![0.0; 3 * dofs.free_nodes()];
+            displacement[..free.len()].copy_from_slice(free);
+            expand_to_nodes(dofs, &displacement)
         };
         let shape = |kind: ModeKind, body: Option<&str>, mode: usize, omega2: f64| ModeShape {
             kind,

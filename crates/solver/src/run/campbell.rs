@@ -22,7 +22,7 @@ pub struct Campbell {
     pub bound: Bound,
     /// Modes of the first body with its flanks held (full model), and of the stuck assembly; of a disc
     /// those of the stuck assembly at each nodal diameter.
-    pub families: Vec<Family>,
+    pub families: Vec<ModeFamily>,
     /// Speed of the scene, rpm; 0 at rest.
     pub operating_rpm: f64,
     /// Speeds (rpm) at which the structure is unstable or not held, and why.
@@ -32,14 +32,14 @@ pub struct Campbell {
 /// Modes of one kind over the speeds.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
-pub struct Family {
+pub struct ModeFamily {
     /// Kind of the modes.
     pub kind: ModeKind,
     /// Name of the body; `None` for the assembly.
     pub body: Option<String>,
     /// Wave round the disc that the assembly is a sector of; `None` without cyclic symmetry, and for
     /// a body alone.
-    pub wave: Option<Wave>,
+    pub wave: Option<DiscWave>,
     /// Speeds (rpm), ascending, with the frequencies (Hz) of each; `None` where the structure is
     /// unstable.
     pub speeds: Vec<(f64, Option<Vec<f64>>)>,
@@ -47,14 +47,14 @@ pub struct Family {
 
 /// Wave round a disc of equal sectors.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Wave {
+pub struct DiscWave {
     /// Number of sectors.
     pub sectors: usize,
     /// Nodal diameter.
     pub nodal_diameter: usize,
 }
 
-impl Wave {
+impl DiscWave {
     /// Returns `true` if an engine order excites this wave.
     pub(crate) const fn is_excited_by(self, engine_order: usize) -> bool {
         nodal_diameter_of(engine_order, self.sectors) == self.nodal_diameter
@@ -69,8 +69,8 @@ pub struct Crossing {
     pub kind: ModeKind,
     /// Name of the body; `None` for the assembly.
     pub body: Option<String>,
-    /// Wave round the disc, as in [`Family`].
-    pub wave: Option<Wave>,
+    /// Wave round the disc, as in [`ModeFamily`].
+    pub wave: Option<DiscWave>,
     /// Number of the mode, 1 the lowest.
     pub mode: usize,
     /// Engine order, in cycles per revolution.
@@ -111,12 +111,12 @@ pub fn campbell(
     let mut fastest = assembly.clone();
     let rotation = fastest.rotation.as_mut().ok_or(Error::NoRotation)?;
     rotation.speed_rad_s = fastest_rpm * std::f64::consts::PI / 30.0;
-    let bound = Bound::of(&fastest, &meshes, session)?;
+    let bound = Bound::new(&fastest, &meshes, session)?;
     drop(meshes);
     let model = &bound.model;
-    let spun = Spun::of(model, session)?;
+    let spun = Spun::new(model, session)?;
     let waves = waves(model);
-    let family = |kind, body, wave| Family {
+    let family = |kind, body, wave| ModeFamily {
         kind,
         body,
         wave,
@@ -128,7 +128,7 @@ pub fn campbell(
     let stuck = waves
         .iter()
         .map(|wave| family(ModeKind::Stuck, None, *wave));
-    let mut families: Vec<Family> = held.into_iter().chain(stuck).collect();
+    let mut families: Vec<ModeFamily> = held.into_iter().chain(stuck).collect();
     let mut failed = Vec::new();
     {
         let _stage = session.stage(Stage::ModesAtSpeeds);
@@ -138,8 +138,8 @@ pub fn campbell(
                 0.0 => 0.0,
                 fastest => (rpm / fastest).powi(2),
             };
-            session.goes_on()?;
-            let found = match spun.modes(share, &waves) {
+            session.check_running()?;
+            let frequencies = match spun.modes(share, &waves) {
                 Ok(modes) => modes.into_iter().map(Some).collect(),
                 // At the lowest speed the scene is at fault, not the speed.
                 Err(
@@ -151,13 +151,13 @@ pub fn campbell(
                 }
                 Err(error) => return Err(error.into()),
             };
-            for (family, found) in families.iter_mut().zip(found) {
-                family.speeds.push((rpm, found));
+            for (family, frequencies) in families.iter_mut().zip(frequencies) {
+                family.speeds.push((rpm, frequencies));
             }
             steps.step();
         }
     }
-    session.goes_on()?;
+    session.check_running()?;
     Ok(Campbell {
         bound,
         families,
@@ -170,9 +170,10 @@ impl Campbell {
     /// Crossings of the modes with these engine orders, ascending in speed.
     pub fn crossings(&self, engine_orders: &[usize]) -> Vec<Crossing> {
         let families = self.families.iter();
-        let mut all: Vec<Crossing> = families.flat_map(|f| f.crossings(engine_orders)).collect();
-        all.sort_by(|a, b| a.speed_rpm.total_cmp(&b.speed_rpm));
-        all
+        let mut crossings: Vec<Crossing> =
+            families.flat_map(|f| f.crossings(engine_orders)).collect();
+        crossings.sort_by(|a, b| a.speed_rpm.total_cmp(&b.speed_rpm));
+        crossings
     }
 
     /// Crossing of each mode that is nearest to the speed of the scene; empty at rest.
@@ -186,17 +187,17 @@ impl Campbell {
 }
 
 /// Waves of the stuck assembly: one of each nodal diameter of a disc.
-fn waves(model: &Model) -> Vec<Option<Wave>> {
+fn waves(model: &Model) -> Vec<Option<DiscWave>> {
     let Some(cyclic) = &model.cyclic else {
         return vec![None];
     };
     let sectors = cyclic.sectors;
-    let wave = |nodal_diameter| Wave {
+    let wave = |nodal_diameter| DiscWave {
         sectors,
         nodal_diameter,
     };
-    let all = 0..=largest_nodal_diameter(sectors);
-    all.map(|d| Some(wave(d))).collect()
+    let diameters = 0..=largest_nodal_diameter(sectors);
+    diameters.map(|d| Some(wave(d))).collect()
 }
 
 /// Bodies at rest and at the highest speed.
@@ -208,7 +209,7 @@ struct Spun {
 }
 
 impl Spun {
-    fn of(model: &Model, session: &Session<'_>) -> Result<Self, Error> {
+    fn new(model: &Model, session: &Session<'_>) -> Result<Self, Error> {
         // At rest, the steady loads alone stress the bodies.
         let is_loaded = model.bodies.iter().any(|body| !body.loads.is_empty());
         let still = |rotation: &Rotation| Rotation {
@@ -244,7 +245,11 @@ impl Spun {
     }
 
     /// Frequencies (Hz) of the families: flanks held, where there is no disc, and stuck at each wave.
-    fn modes(&self, share: f64, waves: &[Option<Wave>]) -> Result<Vec<Vec<f64>>, ReductionError> {
+    fn modes(
+        &self,
+        share: f64,
+        waves: &[Option<DiscWave>],
+    ) -> Result<Vec<Vec<f64>>, ReductionError> {
         let bodies = (0..self.at_rest.bodies.len()).map(|b| self.body(b, share));
         let structure = Structure {
             bodies: bodies.collect(),
@@ -269,16 +274,17 @@ impl Spun {
                 modes_of_nodal_diameter(&structure, sectors, diameter, LISTED_MODES)
             }
         });
-        let all = held.into_iter().chain(stuck);
-        all.map(|omega2| {
-            let listed = omega2?.into_iter().take(LISTED_MODES);
-            Ok(listed.map(hertz).collect())
-        })
-        .collect()
+        let squares = held.into_iter().chain(stuck);
+        squares
+            .map(|omega2| {
+                let listed = omega2?.into_iter().take(LISTED_MODES);
+                Ok(listed.map(hertz).collect())
+            })
+            .collect()
     }
 }
 
-impl Family {
+impl ModeFamily {
     /// Number of modes at any speed.
     pub fn modes(&self) -> usize {
         let counts = self.speeds.iter().flat_map(|(_, f)| f).map(Vec::len);
@@ -307,10 +313,10 @@ impl Family {
 
     /// Crossing with an engine order that is nearest to a speed, for each mode that has one.
     fn nearest_crossings(&self, orders: &[usize], rpm: f64) -> Vec<Crossing> {
-        let all = self.crossings(orders);
+        let crossings = self.crossings(orders);
         let nearest = |mode: usize| {
-            let own = all.iter().filter(|c| c.mode == mode);
-            own.min_by(|a, b| a.margin(rpm).abs().total_cmp(&b.margin(rpm).abs()))
+            let of_mode = crossings.iter().filter(|c| c.mode == mode);
+            of_mode.min_by(|a, b| a.margin(rpm).abs().total_cmp(&b.margin(rpm).abs()))
         };
         (1..=self.modes()).filter_map(nearest).cloned().collect()
     }
@@ -378,7 +384,7 @@ mod tests {
         // f2 = 100^2 + 1e-4 rpm2.
         let hz = |rpm: f64| (1e4 + 1e-4 * rpm * rpm).sqrt();
         let speeds = [0.0, 2000.0, 4000.0, 8000.0];
-        let family = Family {
+        let family = ModeFamily {
             kind: ModeKind::Stuck,
             body: None,
             wave: None,

@@ -1,15 +1,15 @@
 //! Peaks with friction where modes cross engine orders: what the crossings of a Campbell diagram
 //! come to under a given excitation.
 
-use super::at::{At, rad_s, scene_at};
+use super::at::{ModelAtValue, rad_s, scene_at};
 use super::bodies::Bound;
 use super::campbell::{Campbell, Crossing};
 use super::error::Error;
 use super::outcome::PeakAt;
-use super::reduced::{Reduced, stuck_modes};
+use super::reduced::{ReducedScene, stuck_modes};
 use super::session::{Session, Stage};
 use crate::description::Scene;
-use crate::dlft::Told;
+use crate::dlft::SweepProgress;
 use crate::results::modes::ModeKind;
 
 /// Ranges that a peak is looked for in, as multiples of the frequency of its crossing: a joint that
@@ -47,8 +47,8 @@ pub fn crossing_peaks(
     let excited = excited.filter_map(|order| Some((order.order.0, order.times?)));
     let mut asked: Vec<(Crossing, f64)> = excited
         .flat_map(|(order, times)| {
-            let all = campbell.crossings(&[order]).into_iter();
-            let stuck = all.filter(move |c| c.kind == ModeKind::Stuck);
+            let crossings = campbell.crossings(&[order]).into_iter();
+            let stuck = crossings.filter(move |c| c.kind == ModeKind::Stuck);
             stuck.map(move |crossing| (crossing, times))
         })
         .collect();
@@ -58,18 +58,18 @@ pub fn crossing_peaks(
     }
     let _stage = session.titled_stage(Stage::Peaks, "peaks at crossings");
     let steps = session.steps(asked.len(), "crossings");
-    let mut found = Vec::new();
+    let mut peaks = Vec::new();
     for (crossing, times) in asked {
         let peak = peak_at(scene, &campbell.bound, &crossing, times, session);
-        session.goes_on()?;
+        session.check_running()?;
         steps.step();
-        found.push(CrossingPeak {
+        peaks.push(CrossingPeak {
             crossing,
             times,
             peak,
         });
     }
-    Ok(found)
+    Ok(peaks)
 }
 
 /// Peak at one crossing, with this factor on the excitation.
@@ -84,7 +84,9 @@ fn peak_at(
     let of_crossing = |range: [f64; 2]| range.map(|times| times * crossing.frequency_hz);
     let speed_rpm = crossing.speed_rpm;
     let scene = scene_at(scene, speed_rpm, of_crossing(widest));
-    let mut bound = bound.at_speed(rad_s(speed_rpm)).ok_or(Error::NoRotation)?;
+    let mut bound = bound
+        .with_speed(rad_s(speed_rpm))
+        .ok_or(Error::NoRotation)?;
     for excitation in &mut bound.model.excitations {
         excitation.in_time.amplitude *= times;
     }
@@ -94,17 +96,17 @@ fn peak_at(
     let mut at = {
         let (mut store, mut nobody) = (session.store(), ());
         let silent = Session::new(&mut nobody, &mut **store);
-        let reduced = Reduced::of_bound(bound, stuck_modes(&scene), &scene, &silent)?;
+        let reduced = ReducedScene::from_bound(bound, stuck_modes(&scene), &scene, &silent)?;
         if reduced.problem.laws.is_empty() {
             let why = "peaks without friction are those of the linear response, which `run` has";
             return Err(Error::AllBonded { why });
         }
-        At::about((speed_rpm, scene), reduced, None, &silent)?
+        ModelAtValue::from_reduced((speed_rpm, scene), reduced, None, &silent)?
     };
     let observation = at.reduced.observed(None)?;
-    let tell = |told: Told<'_>| {
-        if let Told::Next(stop) = told {
-            session.stops(stop);
+    let tell = |told: SweepProgress<'_>| {
+        if let SweepProgress::Next(stop) = told {
+            session.stop_if_ended(stop);
         }
     };
     let mut last = Error::NoPeak;
@@ -115,7 +117,7 @@ fn peak_at(
             Err(error @ (Error::NoPeak | Error::PeakOutside { .. })) => last = error,
             Err(error) => return Err(error),
         }
-        session.goes_on()?;
+        session.check_running()?;
     }
     Err(last)
 }

@@ -7,17 +7,17 @@
 use std::collections::{HashSet, VecDeque};
 use std::sync::{Arc, Mutex, PoisonError};
 
-use super::at::At;
+use super::at::ModelAtValue;
 use super::bodies::{Bound, Source, problem};
 use super::error::Error;
 use super::kept::ReductionInputs;
 use super::records::{RecordInputs, ResponseInputs};
-use super::reduced::{Reduced, stuck_modes};
+use super::reduced::{ReducedScene, stuck_modes};
 use super::reducing::inputs;
-use super::response::{at_one_speed, off_undamped_modes};
+use super::response::{check_one_speed, check_undamped_modes};
 use super::session::{Session, Stage, lock};
 use crate::description::{Scene, Subject};
-use crate::dlft::Told;
+use crate::dlft::SweepProgress;
 use crate::dlft::branch::{ModelAt, ValueCurve, ValueRange, follow_over};
 use crate::results::far_slip::ShorterSides;
 use crate::results::pairs::PairTable;
@@ -42,9 +42,9 @@ pub struct CurveQuestion<'a> {
 /// Curve of a scene over a value.
 #[derive(Debug)]
 #[non_exhaustive]
-pub struct Curve {
+pub struct ParameterCurve {
     /// Reduced model of the first value.
-    pub reduced: Reduced,
+    pub reduced: ReducedScene,
     /// Number of the observed displacement.
     pub observation: usize,
     /// Motions along the branches, with their values.
@@ -58,26 +58,26 @@ pub struct Curve {
 ///
 /// # Errors
 /// Those of `scene_at`, and of the stages up to the static state at the first value; at other values
-/// they are no errors: see [`Curve::missing`]. [`Error::AllBonded`] without a contact that can slip
-/// or open, [`Error::AlongEngineOrder`], [`Error::OtherPairs`] where the last value has other pairs
-/// than the first, [`Error::Stopped`] by the observer.
+/// they are no errors: see [`ParameterCurve::missing`]. [`Error::AllBonded`] without a contact that
+/// can slip or open, [`Error::AlongEngineOrder`], [`Error::OtherPairs`] where the last value has
+/// other pairs than the first, [`Error::Stopped`] by the observer.
 pub fn curve(
     question: &CurveQuestion<'_>,
     scene_at: &SceneAt<'_>,
     source: Source,
     session: &Session<'_>,
-) -> Result<Curve, Error> {
+) -> Result<ParameterCurve, Error> {
     let range = &question.range;
     let (Some(&from), Some(&to)) = (range.values.first(), range.values.last()) else {
         return Err(Error::NoMotion);
     };
     let scene = scene_at(from)?;
     let last = scene_at(to)?;
-    at_one_speed(
+    check_one_speed(
         &scene,
         "a curve over a value has one frequency at one speed",
     )?;
-    let first = First::of((from, scene), source, range.frequency_hz, session)?;
+    let first = First::new((from, scene), source, range.frequency_hz, session)?;
     let observation = first.at.reduced.observed(question.observation)?;
     // What cannot be computed at the other end is told before anything is solved.
     let other = first.model((to, last))?;
@@ -93,14 +93,14 @@ pub fn curve(
     };
     let missing = models.missing.into_inner();
     let missing = missing.unwrap_or_else(PoisonError::into_inner);
-    session.goes_on()?;
+    session.check_running()?;
     let mut curve = curve.ok_or(Error::NoMotion)?;
     let reduced = first.at.reduced;
-    let sides = ShorterSides::of(&reduced.pairs);
+    let sides = ShorterSides::new(&reduced.pairs);
     for orbit in &mut curve.response.orbits {
         sides.judge_orbit(orbit);
     }
-    Ok(Curve {
+    Ok(ParameterCurve {
         reduced,
         observation,
         curve,
@@ -132,8 +132,8 @@ fn followed(
     let steps = session.steps(range.values.len(), "values");
     let asked: HashSet<u64> = range.abscissae().iter().map(|v| v.to_bits()).collect();
     let passed = Mutex::new(HashSet::new());
-    let tell = |told: Told<'_>| match told {
-        Told::Solved(solved) => {
+    let tell = |told: SweepProgress<'_>| match told {
+        SweepProgress::Solved(solved) => {
             // A store that ends the run takes effect at the next point.
             let _ = session.append(recorded.key, solved);
             let bits = solved.abscissa().to_bits();
@@ -141,42 +141,42 @@ fn followed(
                 steps.step();
             }
         }
-        Told::Next(stop) => session.stops(stop),
-        Told::Tries(_) => {}
+        SweepProgress::Next(stop) => session.stop_if_ended(stop),
+        SweepProgress::Tries(_) => {}
     };
-    let model_of = |value: f64| models.at(value);
+    let model_of = |value: f64| models.model(value);
     let curve = follow_over(range, &model_of, settings, &recorded.earlier, &tell);
-    session.goes_on()?;
+    session.check_running()?;
     Ok(curve)
 }
 
 /// Model of the first value, from which those of the others are made.
 struct First {
-    at: At,
+    at: ModelAtValue,
     source: Source,
     /// Inputs of its reduction; `None` for a reduced model that is read.
     inputs: Option<ReductionInputs>,
 }
 
 impl First {
-    fn of(
+    fn new(
         (value, scene): (f64, Scene),
         source: Source,
         frequency_hz: f64,
         session: &Session<'_>,
     ) -> Result<Self, Error> {
-        let reduced = Reduced::of(&scene, source.clone(), session)?;
+        let reduced = ReducedScene::new(&scene, source.clone(), session)?;
         if reduced.problem.laws.is_empty() {
             let why = "the amplitude is then proportional to the force, and `run` has it";
             return Err(Error::AllBonded { why });
         }
         let bound = reduced.bodies.as_ref().map(|bodies| &bodies.bound);
         let inputs = bound.map(|bound| inputs(&bound.model, stuck_modes(&scene), &scene));
-        let mut at = At::about((value, scene), reduced, None, session)?;
+        let mut at = ModelAtValue::from_reduced((value, scene), reduced, None, session)?;
         at.settings.frequencies_hz = vec![frequency_hz];
         let harmonics = at.settings.resolution.most_harmonics();
         let (problem, frequencies_hz) = (&at.reduced.problem, &at.settings.frequencies_hz);
-        off_undamped_modes(problem, &at.state, at.damping, frequencies_hz, harmonics)?;
+        check_undamped_modes(problem, &at.state, at.damping, frequencies_hz, harmonics)?;
         Ok(Self { at, source, inputs })
     }
 
@@ -189,7 +189,7 @@ impl First {
         if own != first {
             return Err(Error::OtherPairs { value, own, first });
         }
-        let at = At::about((value, scene), reduced, Some(&self.at), &silent)?;
+        let at = ModelAtValue::from_reduced((value, scene), reduced, Some(&self.at), &silent)?;
         Ok(ModelAt {
             problem: at.reduced.problem,
             damping: at.damping,
@@ -197,24 +197,24 @@ impl First {
         })
     }
 
-    fn reduced(&self, scene: &Scene, session: &Session<'_>) -> Result<Reduced, Error> {
+    fn reduced(&self, scene: &Scene, session: &Session<'_>) -> Result<ReducedScene, Error> {
         let Subject::Assembly(assembly) = &scene.subject else {
             return match self.at.reduced_for(scene) {
                 Some(reduced) => Ok(reduced),
-                None => Reduced::of(scene, self.source.clone(), session),
+                None => ReducedScene::new(scene, self.source.clone(), session),
             };
         };
         let Source::Meshes(meshes) = &self.source else {
             return Err(Error::NoMesh);
         };
-        let bound = Bound::of(assembly, meshes, session)?;
+        let bound = Bound::new(assembly, meshes, session)?;
         let wanted = stuck_modes(scene);
         if self.inputs.as_ref() != Some(&inputs(&bound.model, wanted, scene)) {
-            return Reduced::of_bound(bound, wanted, scene, session);
+            return ReducedScene::from_bound(bound, wanted, scene, session);
         }
         let problem = problem(Arc::clone(&self.at.reduced.problem.reduced), &bound.model);
-        Ok(Reduced {
-            pairs: PairTable::of_model(&bound.model),
+        Ok(ReducedScene {
+            pairs: PairTable::from_model(&bound.model),
             problem: problem.with_modal_ratios(&scene.modal_ratios)?,
             bodies: None,
             of_folder: Vec::new(),
@@ -232,7 +232,7 @@ struct Models<'a> {
 
 impl Models<'_> {
     /// Model of a value; `None` where there is none, which is noted.
-    fn at(&self, value: f64) -> Option<Arc<ModelAt>> {
+    fn model(&self, value: f64) -> Option<Arc<ModelAt>> {
         let kept = lock(&self.kept);
         if let Some((_, model)) = kept.iter().find(|(of, _)| *of == value) {
             return Some(Arc::clone(model));

@@ -4,7 +4,7 @@ use faer::{Mat, MatRef};
 
 use super::bodies::Bodies;
 use super::error::Error;
-use super::reduced::Reduced;
+use super::reduced::ReducedScene;
 use super::session::Session;
 use crate::dlft::retention::Holding;
 use crate::dlft::{Orbit, Outcome, StaticState};
@@ -18,7 +18,7 @@ use crate::results::rigid_motion::{BodyMotion, RigidMotion, rigid_motions};
 /// # Errors
 /// The errors of the recovery.
 pub(super) fn retained_at_rest(
-    reduced: &Reduced,
+    reduced: &ReducedScene,
     state: &StaticState,
     session: &Session<'_>,
 ) -> Result<Vec<BodyMotion>, Error> {
@@ -34,7 +34,7 @@ pub(super) fn retained_at_rest(
 /// # Errors
 /// The errors of the recovery.
 pub(super) fn retained_in_motion(
-    reduced: &Reduced,
+    reduced: &ReducedScene,
     state: &StaticState,
     orbit: &Orbit,
     session: &Session<'_>,
@@ -49,17 +49,17 @@ pub(super) fn retained_in_motion(
 }
 
 fn retained(
-    reduced: &Reduced,
+    reduced: &ReducedScene,
     x: &[f64],
     anchor: &[f64],
     session: &Session<'_>,
 ) -> Result<Vec<BodyMotion>, Error> {
-    let holding = Holding::of(&reduced.problem);
+    let holding = Holding::new(&reduced.problem);
     let (Some(bodies), Some(retention)) = (&reduced.bodies, holding.retention()) else {
         return Ok(Vec::new());
     };
     bodies.recover(session)?;
-    let along = retention.along(x, anchor);
+    let along = retention.projected_drift(x, anchor);
     Ok(motions(reduced, bodies, &along))
 }
 
@@ -69,7 +69,7 @@ fn retained(
 /// # Errors
 /// The errors of the recovery.
 pub(super) fn held_by_nothing(
-    reduced: &Reduced,
+    reduced: &ReducedScene,
     state: &StaticState,
     session: &Session<'_>,
 ) -> Result<Vec<BodyMotion>, Error> {
@@ -80,13 +80,13 @@ pub(super) fn held_by_nothing(
         return Ok(Vec::new());
     }
     bodies.recover(session)?;
-    let free = Holding::of(&reduced.problem).free_motions();
-    let all = free.iter().flat_map(|x| motions(reduced, bodies, x));
-    Ok(all.collect())
+    let free = Holding::new(&reduced.problem).free_motions();
+    let candidates = free.iter().flat_map(|x| motions(reduced, bodies, x));
+    Ok(candidates.collect())
 }
 
 /// Rigid motions of the bodies that belong to relative displacements `x` without forces.
-fn motions(reduced: &Reduced, bodies: &Bodies, x: &[f64]) -> Vec<BodyMotion> {
+fn motions(reduced: &ReducedScene, bodies: &Bodies, x: &[f64]) -> Vec<BodyMotion> {
     let Some(moved) = displacements_m(reduced, bodies, x) else {
         return Vec::new();
     };
@@ -102,7 +102,7 @@ fn motions(reduced: &Reduced, bodies: &Bodies, x: &[f64]) -> Vec<BodyMotion> {
 }
 
 /// Displacements of all nodes of each body for relative displacements `x`.
-fn displacements_m(reduced: &Reduced, bodies: &Bodies, x: &[f64]) -> Option<Vec<NodalField>> {
+fn displacements_m(reduced: &ReducedScene, bodies: &Bodies, x: &[f64]) -> Option<Vec<NodalField>> {
     let x = MatRef::from_column_major_slice(x, x.len(), 1);
     let still = Mat::zeros(reduced.model().omega2.len(), 1);
     let moved = bodies.recovery()?.full_motion(x, still.as_ref());

@@ -14,7 +14,7 @@ use crate::description::PathPoint;
 use crate::fem::Prestressed;
 use crate::model::Model;
 use crate::reduced::ReducedModel;
-use crate::reduction::{Recovery, StuckModes, Truncation};
+use crate::reduction::{ModalTruncation, Recovery, StuckModes};
 use dovetail_numerics::eigen::Modes;
 
 /// Settings of a static state besides the model.
@@ -43,7 +43,7 @@ pub struct PrestressPass {
 #[non_exhaustive]
 pub struct ReductionModes {
     /// Estimated errors by the modes left out.
-    pub truncation: Truncation,
+    pub truncation: ModalTruncation,
     /// Squared angular frequencies of the fixed-interface modes of each body, rad2/s2; empty where
     /// it was not reduced by itself.
     pub fixed_interface_omega2: Vec<Vec<f64>>,
@@ -58,7 +58,7 @@ pub struct ReductionModes {
 /// Reduction as it is stored for later runs.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[non_exhaustive]
-pub struct KeptReduction {
+pub struct StoredReduction {
     /// Reduced model on pairs and modes.
     pub reduced: ReducedModel,
     /// Estimates and frequencies of its modes.
@@ -103,7 +103,7 @@ pub(super) fn clear<'m>(
 impl ReductionInputs {
     /// Inputs of a reduction of `model`, with `statics` where its prestress is that of the static
     /// state with contact.
-    pub(super) fn of(model: &Model, wanted: StuckModes, statics: Option<StaticOptions>) -> Self {
+    pub(super) fn new(model: &Model, wanted: StuckModes, statics: Option<StaticOptions>) -> Self {
         let mut model = model.clone();
         if let Some(influence) = model.cyclic.as_mut().and_then(|c| c.influence.as_mut()) {
             influence.waves.clear();
@@ -127,7 +127,7 @@ impl ReductionInputs {
     }
 
     /// Inputs of the reduction of the waves of a nodal diameter of the same model.
-    pub(super) fn of_waves(self, nodal_diameter: usize) -> Self {
+    pub(super) fn with_nodal_diameter(self, nodal_diameter: usize) -> Self {
         Self {
             nodal_diameter,
             ..self
@@ -136,13 +136,13 @@ impl ReductionInputs {
 }
 
 /// Key of a reduction, and of entries that belong to its model: the hash of its inputs.
-pub type Key = [u8; 32];
+pub type ReductionKey = [u8; 32];
 
 /// Place for an entry of one kind under the key of a reduction.
 #[derive(Debug)]
-pub enum Place<'p> {
+pub enum StoreSlot<'p> {
     /// The reduction itself.
-    Reduction(&'p mut Option<KeptReduction>),
+    Reduction(&'p mut Option<StoredReduction>),
     /// Recovery of the bodies' motion.
     Recovery(&'p mut Option<Recovery>),
     /// Modes of each body with its contacts held.
@@ -151,9 +151,9 @@ pub enum Place<'p> {
 
 /// Entry that is to be kept under the key of a reduction.
 #[derive(Debug, Clone, Copy)]
-pub enum Entry<'e> {
+pub enum StoreEntry<'e> {
     /// The reduction itself, with the recovery of the bodies' motion.
-    Reduction(&'e KeptReduction, &'e Recovery),
+    Reduction(&'e StoredReduction, &'e Recovery),
     /// A recovery by itself.
     Recovery(&'e Recovery),
     /// Modes of each body with its contacts held.

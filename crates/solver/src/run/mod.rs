@@ -42,22 +42,25 @@ mod worn;
 
 pub use backbone::{BackboneQuestion, ModeBackbone, ModeChoice, backbone};
 pub use bodies::{Bodies, Bound, Meshes, Source, problem};
-pub use campbell::{Campbell, Crossing, Family, Wave, campbell};
+pub use campbell::{Campbell, Crossing, DiscWave, ModeFamily, campbell};
 pub use crossing_peaks::{CrossingPeak, crossing_peaks};
-pub use curve::{Curve, CurveQuestion, SceneAt, curve};
+pub use curve::{CurveQuestion, ParameterCurve, SceneAt, curve};
 pub use error::{Error, static_place};
-pub use kept::{Entry, KeptReduction, Key, Place, PrestressPass, ReductionInputs, ReductionModes};
+pub use kept::{
+    PrestressPass, ReductionInputs, ReductionKey, ReductionModes, StoreEntry, StoreSlot,
+    StoredReduction,
+};
 pub use nodal_diameters::{DiscMode, DiscModes, NodalDiameters};
 pub use outcome::{
-    Compared, OfTraction, PeakAt, ResponseResult, Run, RunUp, StaticResult, TractionPeak,
-    TractionRange,
+    Compared, PeakAt, ResponseResult, Run, RunUp, StaticResult, TractionPeak, TractionRange,
+    TractionResponse,
 };
 pub use peaks::{PeakRange, Peaks, peaks};
 pub use reactions::{PeakMotion, peak_forces, static_forces};
 pub use records::{RecordInputs, RecordKey, Recorded, ResponseInputs};
-pub use reduced::{Observed, Reduced};
+pub use reduced::{Observed, ReducedScene};
 pub use reducing::PlannedReduction;
-pub use response::{at_one_speed, in_phase, off_undamped_modes};
+pub use response::{check_in_phase, check_one_speed, check_undamped_modes};
 pub use session::{Event, Observer, Session, Stage, StageEnd, Store};
 pub use statics::load_path;
 pub use stress::{PLACES, PeakStress, peak_stress};
@@ -71,7 +74,7 @@ use crate::dlft::{Orbit, Response};
 use crate::model::Assembly;
 use crate::results::far_slip::ShorterSides;
 use crate::results::modes::ModeShape;
-use crate::results::small::Sizes;
+use crate::results::small::AssemblySizes;
 use dovetail_numerics::eigen::Modes;
 
 /// Restricts each dense product and factorisation of this process to one thread, because those
@@ -107,11 +110,11 @@ pub fn solve(
         return Ok(run);
     }
     let response = match scene.response.along_engine_order {
-        None => along_frequency(scene, &run, session)?,
+        None => frequency_response(scene, &run, session)?,
         Some(order) => run_up::run_up(scene, order, &run, options.fields, session)?,
     };
     run.response = Some(response);
-    session.tell(&Event::Response(&run))?;
+    session.report(&Event::Response(&run))?;
     if let (Some(bodies), true) = (&run.reduced.bodies, options.held_modes) {
         run.held_omega2 = omega2(&bodies.held_modes(session)?);
     }
@@ -134,7 +137,7 @@ impl Scene {
 }
 
 /// Response of a scene over the frequency, about the static state of its run.
-fn along_frequency(
+fn frequency_response(
     scene: &Scene,
     run: &Run,
     session: &Session<'_>,
@@ -144,7 +147,7 @@ fn along_frequency(
     let damping = reduced.rayleigh(&scene.damping, state)?;
     let frequencies_hz = response::frequencies_hz(&scene.response, &linear_omega2)?;
     let resolution = scene.response.resolution;
-    response::off_undamped_modes(
+    response::check_undamped_modes(
         &reduced.problem,
         state,
         damping,
@@ -171,23 +174,23 @@ fn along_frequency(
     };
     let compared = compared.map(compare).transpose()?;
     let tractions =
-        tractions::over_tractions(scene, reduced, damping, &frequencies_hz, &response, session)?;
+        tractions::solve_tractions(scene, reduced, damping, &frequencies_hz, &response, session)?;
     let held = |o: &&Orbit| o.outcome.has_motion() && o.mean == Mean::Retained;
     let held = response.orbits.iter().filter(held);
     let retained = match held.max_by(|a, b| a.retention_n.total_cmp(&b.retention_n)) {
         Some(most) => free_motion::retained_in_motion(reduced, state, most, session)?,
         None => Vec::new(),
     };
-    let all: Vec<&Response> = std::iter::once(&response)
+    let responses: Vec<&Response> = std::iter::once(&response)
         .chain(compared.iter().map(|c| &c.response))
         .collect();
     let bodies = reduced.bodies.as_ref();
-    let farthest = bodies.and_then(|b| Sizes::of(b.model()).farthest_observed(&response));
+    let farthest = bodies.and_then(|b| AssemblySizes::new(b.model()).farthest_observed(&response));
     Ok(ResponseResult {
         slide,
         farthest,
         retained,
-        modes_reach: reduced.modes_reach(&all),
+        modes_reach: reduced.modes_reach(&responses),
         response,
         compared,
         tractions,
@@ -206,9 +209,9 @@ pub fn static_state(
     options: Options,
     session: &Session<'_>,
 ) -> Result<Run, Error> {
-    let reduced = Reduced::of(scene, source, session)?;
+    let reduced = ReducedScene::new(scene, source, session)?;
     let statics = statics(scene, &reduced, options.fields, session)?;
-    session.tell(&Event::StaticState {
+    session.report(&Event::StaticState {
         reduced: &reduced,
         statics: &statics,
     })?;
@@ -223,21 +226,21 @@ pub fn static_state(
 /// Static state of a reduced model, with the quantities derived from it.
 fn statics(
     scene: &Scene,
-    reduced: &Reduced,
+    reduced: &ReducedScene,
     fields: bool,
     session: &Session<'_>,
 ) -> Result<StaticResult, Error> {
     let mut state = statics::static_state(scene, &reduced.problem, session);
     let retained = free_motion::retained_at_rest(reduced, &state, session)?;
     let free = free_motion::held_by_nothing(reduced, &state, session)?;
-    let slide = ShorterSides::of(&reduced.pairs).judge_static(&mut state);
+    let slide = ShorterSides::new(&reduced.pairs).judge_static(&mut state);
     let (mut displacements_m, mut farthest) = (None, None);
     if let Some(bodies) = reduced.bodies.as_ref().filter(|_| fields) {
         bodies.recover(session)?;
         if state.outcome.is_converged() {
             displacements_m = bodies.static_displacements_m(&state);
         }
-        let sizes = Sizes::of(bodies.model());
+        let sizes = AssemblySizes::new(bodies.model());
         farthest = displacements_m
             .as_ref()
             .and_then(|u| sizes.farthest_node(u));
@@ -256,7 +259,11 @@ fn statics(
 ///
 /// # Errors
 /// Those of [`StaticResult::usable`].
-fn judge_prestress(scene: &Scene, reduced: &Reduced, session: &Session<'_>) -> Result<(), Error> {
+fn judge_prestress(
+    scene: &Scene,
+    reduced: &ReducedScene,
+    session: &Session<'_>,
+) -> Result<(), Error> {
     let mut bodies = reduced.bodies.iter();
     match bodies.any(|bodies| prestress::is_of_contact(bodies.model())) {
         true => statics(scene, reduced, false, session)?.usable(),
@@ -274,7 +281,7 @@ fn omega2(modes: &[Modes]) -> Vec<Vec<f64>> {
 #[non_exhaustive]
 pub struct ModalAnalysis {
     /// Reduced model.
-    pub reduced: Reduced,
+    pub reduced: ReducedScene,
     /// Squared angular frequencies of each body with its flanks held, rad2/s2.
     pub held_omega2: Vec<Vec<f64>>,
     /// Shapes on the nodes; empty without bodies.
@@ -290,7 +297,7 @@ pub struct ModalAnalysis {
 /// whose shapes are wanted on the whole disc.
 ///
 /// # Errors
-/// The errors of [`Reduced::of`] and of the eigenvalues; [`Error::NoDisc`],
+/// The errors of [`ReducedScene::new`] and of the eigenvalues; [`Error::NoDisc`],
 /// [`Error::TooManyDiameters`].
 pub fn modes(
     scene: &Scene,
@@ -298,8 +305,8 @@ pub fn modes(
     nodal_diameter: Option<usize>,
     session: &Session<'_>,
 ) -> Result<ModalAnalysis, Error> {
-    let scene = &scene.with_sectors_in_phase();
-    let reduced = Reduced::of(scene, source, session)?;
+    let scene = &scene.sectors_in_phase();
+    let reduced = ReducedScene::new(scene, source, session)?;
     judge_prestress(scene, &reduced, session)?;
     let (mut held_omega2, mut shapes, mut nodal_diameters) = (Vec::new(), Vec::new(), None);
     if let Some(bodies) = &reduced.bodies {
@@ -326,9 +333,9 @@ pub fn modes(
 /// Result of a condensation for other programs.
 #[derive(Debug)]
 #[non_exhaustive]
-pub struct Condensed {
+pub struct CondensedAssembly {
     /// Reduced model, under a total force of 1 N where the scene has forces alone.
-    pub reduced: Reduced,
+    pub reduced: ReducedScene,
     /// Factor on that excitation, N.
     pub force_n: f64,
 }
@@ -338,26 +345,30 @@ pub struct Condensed {
 ///
 /// # Errors
 /// [`Error::NoMesh`] for a scene about a reduced model; [`Error::AllBonded`] for one without pairs;
-/// [`Error::NotInPhase`] for a wave round a disc; those of [`Reduced::of`].
-pub fn reduce(scene: &Scene, meshes: Meshes, session: &Session<'_>) -> Result<Condensed, Error> {
-    in_phase(scene, "a reduced model for other programs")?;
+/// [`Error::NotInPhase`] for a wave round a disc; those of [`ReducedScene::new`].
+pub fn reduce(
+    scene: &Scene,
+    meshes: Meshes,
+    session: &Session<'_>,
+) -> Result<CondensedAssembly, Error> {
+    check_in_phase(scene, "a reduced model for other programs")?;
     let assembly = scene.assembly().ok_or(Error::NoMesh)?;
-    let (of_one_newton, force_n) = of_one_newton(assembly);
+    let (of_one_newton, force_n) = normalise_forces(assembly);
     let mut excited = scene.clone();
     excited.subject = Subject::Assembly(Box::new(of_one_newton));
-    let reduced = Reduced::of(&excited, meshes.into(), session)?;
+    let reduced = ReducedScene::new(&excited, meshes.into(), session)?;
     if reduced.pairs.rows.is_empty() {
         let why = "a reduced model is about the pairs of its contacts";
         return Err(Error::AllBonded { why });
     }
     judge_prestress(scene, &reduced, session)?;
-    Ok(Condensed { reduced, force_n })
+    Ok(CondensedAssembly { reduced, force_n })
 }
 
 /// Assembly whose forces add up to 1 N, in the proportions of its own, and the sum of its own.
 /// Pressures and accelerations have no such sum: with any of them the assembly stays as it is, and
 /// the sum is 1.
-fn of_one_newton(assembly: &Assembly) -> (Assembly, f64) {
+fn normalise_forces(assembly: &Assembly) -> (Assembly, f64) {
     let mut scaled = assembly.clone();
     if assembly.excitations.iter().any(|e| e.kind.unit() != "N") {
         return (scaled, 1.0);

@@ -77,14 +77,14 @@ impl Bodies {
         let steps = session.steps(largest + 1, "nodal diameters");
         let mut frequencies_hz = Vec::with_capacity(largest + 1);
         for nodal_diameter in 0..=largest {
-            session.goes_on()?;
+            session.check_running()?;
             let found =
                 modes_of_nodal_diameter(structure, cyclic.sectors, nodal_diameter, LISTED_MODES);
-            let found = found.map_err(|source| Error::NodalDiameter {
+            let modes = found.map_err(|source| Error::NodalDiameter {
                 nodal_diameter,
                 source,
             })?;
-            frequencies_hz.push(found.into_iter().map(hertz).collect());
+            frequencies_hz.push(modes.into_iter().map(hertz).collect());
             steps.step();
         }
         drop(steps);
@@ -117,8 +117,8 @@ impl Bodies {
         }
         let structure = self.structure(session)?;
         let _stage = session.stage(Stage::NodalDiameters);
-        let found = wave_modes(structure, cyclic.sectors, nodal_diameter, LISTED_MODES);
-        let found = found.map_err(|source| Error::NodalDiameter {
+        let result = wave_modes(structure, cyclic.sectors, nodal_diameter, LISTED_MODES);
+        let modes_or_error = result.map_err(|source| Error::NodalDiameter {
             nodal_diameter,
             source,
         })?;
@@ -129,11 +129,11 @@ impl Bodies {
             let fields = bodies.map(|(body, u)| expand_to_nodes(&body.dofs, &scaled(u)));
             fields.collect()
         };
-        let modes = found.omega2.iter().enumerate();
+        let modes = modes_or_error.omega2.iter().enumerate();
         let modes = modes.map(|(mode, omega2)| DiscMode {
             frequency_hz: hertz(*omega2),
-            cosine: on_nodes(&found.real, mode, 1.0),
-            sine: on_nodes(&found.imaginary, mode, -1.0),
+            cosine: on_nodes(&modes_or_error.real, mode, 1.0),
+            sine: on_nodes(&modes_or_error.imaginary, mode, -1.0),
         });
         Ok(DiscModes {
             nodal_diameter,

@@ -2,7 +2,7 @@
 
 use super::bodies::Bodies;
 use super::error::Error;
-use super::reduced::Reduced;
+use super::reduced::ReducedScene;
 use crate::damping::Rayleigh;
 use crate::description::EngineOrder;
 use crate::dlft::starting_traction::StartingTraction;
@@ -16,7 +16,7 @@ use crate::results::small::Moved;
 #[non_exhaustive]
 pub struct Run {
     /// Reduced model.
-    pub reduced: Reduced,
+    pub reduced: ReducedScene,
     /// Static state.
     pub statics: StaticResult,
     /// Response; `None` where there is no static state to vibrate about, or none was asked for.
@@ -139,7 +139,7 @@ pub struct Compared {
 /// Response from one starting traction.
 #[derive(Debug, Clone)]
 #[non_exhaustive]
-pub struct OfTraction {
+pub struct TractionResponse {
     /// Traction from which the vibration starts.
     pub start: StartingTraction,
     /// Outcome of its static state. Without one there is no response.
@@ -169,7 +169,7 @@ pub struct TractionPeak {
 #[non_exhaustive]
 pub struct TractionRange {
     /// Responses from other tractions than that of the load path.
-    pub others: Vec<OfTraction>,
+    pub others: Vec<TractionResponse>,
     /// Peak from the traction of the load path.
     pub own: Option<TractionPeak>,
 }
@@ -195,7 +195,7 @@ impl Run {
         };
         moves_too_far(found.farthest.as_ref().or(self.statics.farthest.as_ref()))?;
         let compared = found.compared.iter().map(|c| &c.response);
-        all_converged(std::iter::once(&found.response).chain(compared))
+        check_all_converged(std::iter::once(&found.response).chain(compared))
     }
 }
 
@@ -207,7 +207,7 @@ fn moves_too_far(moved: Option<&Moved>) -> Result<(), Error> {
     }
 }
 
-fn all_converged<'a>(responses: impl Iterator<Item = &'a Response>) -> Result<(), Error> {
+fn check_all_converged<'a>(responses: impl Iterator<Item = &'a Response>) -> Result<(), Error> {
     let (mut points, mut unconverged, mut inaccurate, mut not_held) = (0, 0, 0, 0);
     for outcome in responses.flat_map(|r| &r.orbits).map(|o| o.outcome) {
         points += 1;
@@ -215,7 +215,7 @@ fn all_converged<'a>(responses: impl Iterator<Item = &'a Response>) -> Result<()
         inaccurate += usize::from(outcome == Outcome::AccuracyNotReached);
         let is_not_held = matches!(
             outcome,
-            Outcome::LeavesSlot | Outcome::SlidesTooFar | Outcome::NothingHolds
+            Outcome::ExcitationExceedsPreload | Outcome::SlidesTooFar | Outcome::NothingHolds
         );
         not_held += usize::from(is_not_held);
     }

@@ -5,21 +5,21 @@
 //! ([`peak_near`]), with a few solutions. The whole curve of the last value tells whether another
 //! resonance has taken over meanwhile; its peak is then followed back to where it is the lower one.
 
-use super::at::At;
+use super::at::ModelAtValue;
 use super::bodies::Source;
 use super::error::Error;
 use super::outcome::PeakAt;
 use super::records::{RecordInputs, ResponseInputs};
-use super::reduced::Reduced;
-use super::response::of_smooth_curve_hz;
+use super::reduced::ReducedScene;
+use super::response::smooth_curve_frequencies_hz;
 use super::session::{Event, Session, Stage};
 use crate::description::Scene;
 use crate::dlft::branch::{Guess, estimated, follow, peak_near};
 use crate::dlft::linear_curve::linear_curve;
 use crate::dlft::peaks::{inside, vertex};
 use crate::dlft::settings::Resolution;
-use crate::dlft::sweep::{Last, SweepSettings, solve_after};
-use crate::dlft::{Orbit, SolvedFrequency, Told};
+use crate::dlft::sweep::{SweepSettings, SweepState, solve_after};
+use crate::dlft::{Orbit, SolvedFrequency, SweepProgress};
 use crate::problem::dynamic_stiffness::ContactSystem;
 use crate::results::far_slip::ShorterSides;
 use crate::results::quantities::peak;
@@ -58,7 +58,7 @@ pub struct PeakRange<'a> {
 #[non_exhaustive]
 pub struct Peaks {
     /// Reduced model of the last value that was solved.
-    pub reduced: Reduced,
+    pub reduced: ReducedScene,
     /// Number of the observed displacement whose peaks they are.
     pub observation: usize,
     /// Peak of each value at which one was found, ascending: of the values asked for, and of those
@@ -107,10 +107,10 @@ pub fn peaks<E: From<Error>>(
     let at = search.at.as_ref().ok_or(Error::NoPeak)?;
     search.observation = at.reduced.observed(range.observation)?;
     let _stage = session.stage(Stage::Peaks);
-    let (mut rows, mut changes) = search.over_all()?;
+    let (mut rows, mut changes) = search.find_all()?;
     let least = search.least(&mut rows)?;
     let reached = search.reached(&mut rows)?;
-    session.goes_on()?;
+    session.check_running()?;
     changes.sort_by(|a, b| a[0].total_cmp(&b[0]));
     let (missing, observation) = (search.missing, search.observation);
     let reduced = search.at.map(|at| at.reduced).ok_or(Error::NoPeak)?;
@@ -127,7 +127,7 @@ pub fn peaks<E: From<Error>>(
     })
 }
 
-impl At {
+impl ModelAtValue {
     /// Peak near a motion, or that of the whole curve where none is given, or none found near it.
     /// It is not looked for again where the store has it.
     pub(super) fn find(
@@ -135,11 +135,11 @@ impl At {
         near: Option<&Guess>,
         observation: usize,
         session: &Session<'_>,
-        tell: &(dyn Fn(Told<'_>) + Sync),
+        tell: &(dyn Fn(SweepProgress<'_>) + Sync),
     ) -> Result<Orbit, Error> {
         let (problem, damping) = (&self.reduced.problem, self.damping);
         let (state, settings) = (&self.state, &self.settings);
-        self.unless_kept((settings, near, observation), session, || {
+        self.load_or_find((settings, near, observation), session, || {
             let near = near.and_then(|guess| {
                 peak_near(problem, damping, state, settings, guess, observation, tell)
             });
@@ -152,20 +152,20 @@ impl At {
     ///
     /// # Errors
     /// [`Error::NoPeak`] without a motion there; [`Error::Stopped`].
-    pub(super) fn at_frequency(
+    pub(super) fn solve_frequency(
         &self,
         frequency_hz: f64,
         near: Option<&Orbit>,
         session: &Session<'_>,
-        tell: &(dyn Fn(Told<'_>) + Sync),
+        tell: &(dyn Fn(SweepProgress<'_>) + Sync),
     ) -> Result<Orbit, Error> {
         let mut settings = self.settings.clone();
         settings.frequencies_hz = vec![frequency_hz];
-        let guess = near.map(Guess::of);
-        self.unless_kept((&settings, guess.as_ref(), 0), session, || {
-            let mut last = Last::default();
+        let guess = near.map(Guess::from_peak);
+        self.load_or_find((&settings, guess.as_ref(), 0), session, || {
+            let mut last = SweepState::default();
             if let Some(near) = near {
-                last.follow(&SolvedFrequency::alone(near.clone()));
+                last.follow(&SolvedFrequency::isolated(near.clone()));
             }
             let (problem, state) = (&self.reduced.problem, &self.state);
             let solved = solve_after(&last, 0, problem, self.damping, state, &settings, tell);
@@ -177,7 +177,7 @@ impl At {
     }
 
     /// A motion that the store has, or else the one that `find` finds.
-    fn unless_kept(
+    fn load_or_find(
         &self,
         (settings, near, observation): (&SweepSettings, Option<&Guess>, usize),
         session: &Session<'_>,
@@ -197,15 +197,15 @@ impl At {
         if let Some(kept) = recorded.earlier.into_iter().last() {
             return Ok(kept.orbit);
         }
-        let found = find()?;
-        session.goes_on()?;
-        session.append(recorded.key, &SolvedFrequency::alone(found.clone()))?;
-        Ok(found)
+        let orbit = find()?;
+        session.check_running()?;
+        session.append(recorded.key, &SolvedFrequency::isolated(orbit.clone()))?;
+        Ok(orbit)
     }
 
     /// Row of a peak that was found.
     pub(super) fn row(&self, mut orbit: Orbit, observation: usize) -> PeakAt {
-        ShorterSides::of(&self.reduced.pairs).judge_orbit(&mut orbit);
+        ShorterSides::new(&self.reduced.pairs).judge_orbit(&mut orbit);
         PeakAt {
             value: self.value,
             orbit,
@@ -221,7 +221,7 @@ impl At {
         let [from_hz, to_hz] = self.settings.frequencies_hz[..] else {
             return None;
         };
-        let even_hz = of_smooth_curve_hz(from_hz, to_hz);
+        let even_hz = smooth_curve_frequencies_hz(from_hz, to_hz);
         let harmonics = self.reduced.problem.highest_excited().max(1);
         let points = linear_curve(&system, harmonics, &even_hz).into_iter();
         let amplitudes = points.map(|point| point.observed_amplitude[observation]);
@@ -238,7 +238,7 @@ struct Search<'a, 'o, F> {
     /// Number of the observed displacement.
     observation: usize,
     /// Model of the value that was solved last.
-    at: Option<At>,
+    at: Option<ModelAtValue>,
     missing: Vec<(f64, Error)>,
     /// Number of motions that were solved for.
     solved: &'a AtomicUsize,
@@ -259,16 +259,16 @@ impl<E: From<Error>, F: Fn(f64) -> Result<Scene, E>> Search<'_, '_, F> {
     }
 
     /// Model of a value. All models but the first are made without a word.
-    fn model(&self, value: f64, scene: Scene) -> Result<At, Error> {
+    fn model(&self, value: f64, scene: Scene) -> Result<ModelAtValue, Error> {
         let (scene, source) = ((value, scene), &self.source);
         let made = if self.at.is_none() && self.range.start.is_none() {
-            At::of(scene, source, None, self.session)
+            ModelAtValue::new(scene, source, None, self.session)
         } else {
             let (mut store, mut nobody) = (self.session.store(), ());
             let silent = Session::new(&mut nobody, &mut **store);
-            At::of(scene, source, self.at.as_ref(), &silent)
+            ModelAtValue::new(scene, source, self.at.as_ref(), &silent)
         };
-        self.session.goes_on()?;
+        self.session.check_running()?;
         made
     }
 
@@ -289,28 +289,29 @@ impl<E: From<Error>, F: Fn(f64) -> Result<Scene, E>> Search<'_, '_, F> {
         }
     }
 
-    /// Peak of a value, as [`At::find`] finds it; an error where it has no model or no peak.
+    /// Peak of a value, as [`ModelAtValue::find`] finds it; an error where it has no model or no
+    /// peak.
     fn find(&mut self, value: f64, near: Option<&Guess>) -> Result<Result<PeakAt, Error>, E> {
-        self.session.goes_on()?;
+        self.session.check_running()?;
         let scene = (self.scene_at)(value)?;
         let made = self.go_to(value, scene);
-        self.session.goes_on()?;
+        self.session.check_running()?;
         let at = made.and_then(|()| self.at.as_ref().ok_or(Error::NoPeak));
         let (observation, count) = (self.observation, counting(self.solved, self.session));
-        let found = at.and_then(|at| {
+        let peak = at.and_then(|at| {
             let orbit = at.find(near, observation, self.session, &count)?;
             let peak = at.row(orbit, observation);
-            self.session.tell(&Event::Peak {
+            self.session.report(&Event::Peak {
                 reduced: &at.reduced,
                 observation,
                 peak: &peak,
             })?;
             Ok(peak)
         });
-        self.session.goes_on()?;
-        match found {
+        self.session.check_running()?;
+        match peak {
             Err(Error::Stopped) => Err(Error::Stopped.into()),
-            found => Ok(found),
+            peak => Ok(peak),
         }
     }
 
@@ -322,10 +323,10 @@ impl<E: From<Error>, F: Fn(f64) -> Result<Scene, E>> Search<'_, '_, F> {
     }
 
     /// Peak of a value near those of others; that of its whole curve where none is found there.
-    fn near(&mut self, value: f64, known: &[PeakAt]) -> Result<Option<PeakAt>, E> {
-        let guess = (self.guess(value, known)).or_else(|| self.range.start.map(Guess::of));
-        let found = self.find(value, guess.as_ref())?;
-        Ok(self.noted(value, found))
+    fn find_near(&mut self, value: f64, known: &[PeakAt]) -> Result<Option<PeakAt>, E> {
+        let guess = (self.guess(value, known)).or_else(|| self.range.start.map(Guess::from_peak));
+        let peak = self.find(value, guess.as_ref())?;
+        Ok(self.noted(value, peak))
     }
 
     /// Motion of a value on the line through the two peaks that are nearest to it.
@@ -336,36 +337,36 @@ impl<E: From<Error>, F: Fn(f64) -> Result<Scene, E>> Search<'_, '_, F> {
         nearest.sort_by(|a, b| far(a).total_cmp(&far(b)));
         match nearest[..] {
             [] => None,
-            [only] => Some(Guess::of(&only.orbit)),
+            [only] => Some(Guess::from_peak(&only.orbit)),
             [first, second, ..] => {
                 let [a, b] = [first, second].map(|row| self.place(row.value));
                 let ends = [&first.orbit, &second.orbit];
                 // No farther beyond them than they are apart.
                 let place = ((place - a) / (b - a)).clamp(-1.0, 2.0);
-                Some(Guess::on_line(ends, place))
+                Some(Guess::interpolated(ends, place))
             }
         }
     }
 
     /// Peaks of all values asked for, from the first one, and back from the last one where another
     /// resonance is the higher one there.
-    fn over_all(&mut self) -> Result<Found, E> {
+    fn find_all(&mut self) -> Result<Found, E> {
         let observation = self.observation;
         let (mut rows, mut of_last) = self.ascending()?;
         let mut changes = Vec::new();
         let mut others = Vec::new();
         while let Some(last) = rows.last().filter(|_| self.range.values.len() > 1) {
             let value = last.value;
-            let found = match of_last.take().filter(|(of, _)| *of == value) {
+            let peak = match of_last.take().filter(|(of, _)| *of == value) {
                 Some((_, found)) => found,
                 None => self.find(value, None)?,
             };
             // The peak that was followed may not be the highest point of the curve.
-            if !matches!(found, Err(Error::PeakOutside { .. })) {
-                others.extend(found);
+            if !matches!(peak, Err(Error::PeakOutside { .. })) {
+                others.extend(peak);
                 break;
             }
-            self.noted(value, found);
+            self.noted(value, peak);
             rows.pop();
         }
         let is_higher = |other: &PeakAt, row: &PeakAt| {
@@ -374,7 +375,7 @@ impl<E: From<Error>, F: Fn(f64) -> Result<Scene, E>> Search<'_, '_, F> {
         for row in rows.iter_mut().rev() {
             let other = match others.iter().find(|other| other.value == row.value) {
                 Some(other) => Some(other.clone()),
-                None => self.near(row.value, &others)?,
+                None => self.find_near(row.value, &others)?,
             };
             let higher = other.filter(|other| is_higher(other, row));
             let Some(higher) = higher else {
@@ -399,9 +400,9 @@ impl<E: From<Error>, F: Fn(f64) -> Result<Scene, E>> Search<'_, '_, F> {
             [_, .., last] => self.model(*last, (self.scene_at)(*last)?).ok(),
             _ => None,
         };
-        session.goes_on()?;
+        session.check_running()?;
         // Both at the same time take twice the memory; else the whole curve comes last.
-        let last = last.filter(|at| memory::ask_for(2 * at.bytes).is_ok());
+        let last = last.filter(|at| memory::check_available(2 * at.bytes).is_ok());
         let count = counting(self.solved, self.session);
         let mut of_last = None;
         let rows = rayon::in_place_scope(|scope| {
@@ -414,7 +415,7 @@ impl<E: From<Error>, F: Fn(f64) -> Result<Scene, E>> Search<'_, '_, F> {
             }
             let mut rows: Vec<PeakAt> = Vec::new();
             for value in values {
-                rows.extend(self.near(*value, &rows)?);
+                rows.extend(self.find_near(*value, &rows)?);
                 steps.step();
             }
             Ok::<_, E>(rows)
@@ -434,18 +435,18 @@ impl<E: From<Error>, F: Fn(f64) -> Result<Scene, E>> Search<'_, '_, F> {
             let Some((least, _)) = least.filter(|(i, _)| 0 < *i && i + 1 < rows.len()) else {
                 return Ok(None);
             };
-            let own = rows[least].value;
+            let least_value = rows[least].value;
             let three = [least - 1, least, least + 1].map(|i| {
                 let row = &rows[i];
                 (self.place(row.value), -row.amplitude_m(observation))
             });
             let (gain, shift) = vertex(three);
             if gain <= -LEAST_GAIN * three[1].1 {
-                return Ok(Some(own));
+                return Ok(Some(least_value));
             }
             let value = self.value_at(three[1].0 + inside(shift, three.map(|t| t.0)));
-            let Some(added) = self.near(value, rows)? else {
-                return Ok(Some(own));
+            let Some(added) = self.find_near(value, rows)? else {
+                return Ok(Some(least_value));
             };
             insert(rows, added);
         }
@@ -473,7 +474,7 @@ impl<E: From<Error>, F: Fn(f64) -> Result<Scene, E>> Search<'_, '_, F> {
             let [mut low, mut high] = two.map(|row| (self.place(row.value), above(&row)));
             for _ in 0..MOST_ADDED {
                 let place = (low.0 * high.1 - high.0 * low.1) / (high.1 - low.1);
-                let Some(added) = self.near(self.value_at(place), rows)? else {
+                let Some(added) = self.find_near(self.value_at(place), rows)? else {
                     break;
                 };
                 let off = above(&added);
@@ -498,19 +499,23 @@ impl<E: From<Error>, F: Fn(f64) -> Result<Scene, E>> Search<'_, '_, F> {
 pub(super) fn counting(
     solved: &AtomicUsize,
     session: &Session<'_>,
-) -> impl Fn(Told<'_>) + Sync + Copy {
-    move |told: Told<'_>| match told {
-        Told::Solved(_) => {
+) -> impl Fn(SweepProgress<'_>) + Sync + Copy {
+    move |told: SweepProgress<'_>| match told {
+        SweepProgress::Solved(_) => {
             solved.fetch_add(1, Ordering::Relaxed);
         }
-        Told::Next(stop) => session.stops(stop),
-        Told::Tries(_) => {}
+        SweepProgress::Next(stop) => session.stop_if_ended(stop),
+        SweepProgress::Tries(_) => {}
     }
 }
 
 /// Highest peak of the whole curve. Of a given number of harmonics it alone has an estimate of its
 /// error; an accuracy chooses the harmonics of each motion by its estimate.
-fn highest(at: &At, observation: usize, tell: &(dyn Fn(Told<'_>) + Sync)) -> Result<Orbit, Error> {
+fn highest(
+    at: &ModelAtValue,
+    observation: usize,
+    tell: &(dyn Fn(SweepProgress<'_>) + Sync),
+) -> Result<Orbit, Error> {
     let problem = &at.reduced.problem;
     let mut settings = at.settings.clone();
     settings.estimates = matches!(settings.resolution, Resolution::Accuracy(_));

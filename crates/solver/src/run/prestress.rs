@@ -8,19 +8,20 @@ use nalgebra_sparse::CscMatrix;
 
 use super::bodies::problem;
 use super::error::Error;
-use super::kept::{KeptReduction, PrestressPass, ReductionModes};
+use super::kept::{PrestressPass, ReductionModes, StoredReduction};
 use super::session::{Event, Session, Stage, StageGuard};
 use super::statics::static_state;
 use crate::description::Scene;
 use crate::dlft::StaticState;
 use crate::fem::statics::{prestressing, solve_by_cholesky};
 use crate::fem::{
-    self, FemError, OnNodes, Prestressed, assemble_stressed, expand_to_nodes, geometric_stiffness,
+    self, FemError, NodeDisplacements, Prestressed, assemble_stressed, expand_to_nodes,
+    geometric_stiffness,
 };
 use crate::model::{BodyPrestress, Model};
 use crate::problem::Problem;
 use crate::reduction::{
-    self, Recovery, Reduction, StuckModes, Truncation, frequency_change, stuck_displacement,
+    self, ModalTruncation, Recovery, Reduction, StuckModes, frequency_change, stuck_displacement,
 };
 use crate::results::modes::hertz;
 use crate::structure::{BodyMatrices, Joint, Structure};
@@ -32,11 +33,11 @@ const MOST_PASSES: usize = 20;
 const STILL: f64 = 1e-3;
 
 /// Reduction with the prestress that its model asks for.
-pub(super) struct Settled {
+pub(super) struct PrestressedReduction {
     /// Matrices of the bodies of a sector, of which waves are reduced later; `None` for others, which
     /// the reduction drops.
     pub structure: Option<Structure>,
-    pub reduction: KeptReduction,
+    pub reduction: StoredReduction,
     pub recovery: Recovery,
 }
 
@@ -63,7 +64,7 @@ pub(super) fn settle(
     wanted: StuckModes,
     scene: &Scene,
     session: &Session<'_>,
-) -> Result<Settled, Error> {
+) -> Result<PrestressedReduction, Error> {
     let (structure, mut prestressed, analysis) = assemble(model, session)?;
     let analysis = analysis.as_ref();
     let reduced = |structure: Structure| -> Result<(Reduction, Option<Structure>), Error> {
@@ -80,11 +81,11 @@ pub(super) fn settle(
         let error = held_flanks_error(model, &prestressed, &reduction)?;
         (reduction, structure, error)
     };
-    let (mut pass, mut recovery) = Pass::of(reduction, model);
+    let (mut pass, mut recovery) = Pass::split(reduction, model);
     let mut passes = Vec::new();
     if is_of_contact(model) {
         let mut state = static_state(scene, &pass.problem, session);
-        pass.take_down(None, &mut passes, session)?;
+        pass.record_pass(None, &mut passes, session)?;
         // Without a state there is nothing to continue from; the run reports the reason, by the
         // state of this model.
         while state.outcome.is_converged() {
@@ -97,7 +98,7 @@ pub(super) fn settle(
                 }
                 _ => {}
             }
-            let displacements = on_nodes(model, &recovery.full_static(&state.x));
+            let displacements = node_displacements(model, &recovery.full_static(&state.x));
             prestressed = displacements.into_iter().map(Some).collect();
             let stressed = stressed(model, &prestressed, session)?;
             let before = (state, pass.first_omega2());
@@ -106,19 +107,19 @@ pub(super) fn settle(
                 let _stage = reduction_stage(model, session);
                 reduced(stressed)?
             };
-            (pass, recovery) = Pass::of(reduction, model);
+            (pass, recovery) = Pass::split(reduction, model);
             state = static_state(scene, &pass.problem, session);
             let change = if state.status.is_empty() {
                 relative(before.1, pass.first_omega2())
             } else {
                 change_of_normal_forces(&before.0, &state)
             };
-            pass.take_down(Some(change), &mut passes, session)?;
+            pass.record_pass(Some(change), &mut passes, session)?;
         }
     }
-    Ok(Settled {
+    Ok(PrestressedReduction {
         structure,
-        reduction: KeptReduction {
+        reduction: StoredReduction {
             reduced: Arc::unwrap_or_clone(pass.problem.reduced),
             modes: ReductionModes {
                 truncation: pass.truncation,
@@ -135,13 +136,13 @@ pub(super) fn settle(
 /// Reduced model of one pass with its laws, and the estimates of its modes.
 struct Pass {
     problem: Problem,
-    truncation: Truncation,
+    truncation: ModalTruncation,
     fixed_interface_omega2: Vec<Vec<f64>>,
 }
 
 impl Pass {
     /// Splits a reduction into the pass and its recovery.
-    fn of(reduction: Reduction, model: &Model) -> (Self, Recovery) {
+    fn split(reduction: Reduction, model: &Model) -> (Self, Recovery) {
         let Reduction {
             model: reduced,
             truncation,
@@ -161,7 +162,7 @@ impl Pass {
         self.problem.reduced.omega2.first().copied()
     }
 
-    fn take_down(
+    fn record_pass(
         &self,
         change: Option<f64>,
         passes: &mut Vec<PrestressPass>,
@@ -172,7 +173,7 @@ impl Pass {
             stuck_frequency_hz: self.first_omega2().map(hertz),
         };
         let number = passes.len() + 1;
-        session.tell(&Event::PrestressPass {
+        session.report(&Event::PrestressPass {
             number,
             pass: &pass,
         })?;
@@ -184,7 +185,7 @@ impl Pass {
 /// Matrices with the stress of these displacements.
 pub(super) fn stressed(
     model: &Model,
-    prestressed: &[Option<OnNodes>],
+    prestressed: &[Option<NodeDisplacements>],
     session: &Session<'_>,
 ) -> Result<Structure, Error> {
     let _stage = session.stage(Stage::FiniteElements);
@@ -246,7 +247,7 @@ pub(super) fn assemble(
 /// another one, or the bodies do not touch.
 fn held_flanks_error(
     model: &Model,
-    prestressed: &[Option<OnNodes>],
+    prestressed: &[Option<NodeDisplacements>],
     reduction: &Reduction,
 ) -> Result<Option<f64>, FemError> {
     let joined = !model.pairs.is_empty() || !model.bonded.is_empty();
@@ -255,7 +256,7 @@ fn held_flanks_error(
         return Ok(None);
     }
     let stuck = vec![0.0; 3 * model.pairs.len()];
-    let mut displacements = on_nodes(model, &reduction.recovery.full_static(&stuck));
+    let mut displacements = node_displacements(model, &reduction.recovery.full_static(&stuck));
     for (u, held) in displacements.iter_mut().zip(prestressed) {
         for (u, held) in u.iter_mut().zip(held.iter().flatten()) {
             *u = [0, 1, 2].map(|k| u[k] - held[k]);
@@ -266,7 +267,7 @@ fn held_flanks_error(
 }
 
 /// Displacements of all nodes of each body, from those of its free degrees of freedom.
-fn on_nodes(model: &Model, free: &[Vec<f64>]) -> Vec<OnNodes> {
+fn node_displacements(model: &Model, free: &[Vec<f64>]) -> Vec<NodeDisplacements> {
     let bodies = model.bodies.iter().zip(free);
     bodies
         .map(|(body, free)| expand_to_nodes(&body.dofs, free))

@@ -18,12 +18,12 @@ use crate::results::resultants::{Resultant, contact_resultants, static_contact_r
 /// The errors of the finite elements at the supports.
 pub fn static_forces(bodies: &Bodies, state: &StaticState) -> Result<Vec<Resultant>, Error> {
     let model = bodies.model();
-    let mut all = static_contact_resultants(model, state);
+    let mut resultants = static_contact_resultants(model, state);
     if let Some(recovery) = bodies.recovery() {
         let supports = Supports::new(model, &bodies.prestressed)?;
-        all.extend(supports.at_rest(&recovery.full_static(&state.x)));
+        resultants.extend(supports.static_reactions(&recovery.full_static(&state.x)));
     }
-    Ok(all)
+    Ok(resultants)
 }
 
 /// Motion at the peak, with its damping.
@@ -47,20 +47,20 @@ pub struct PeakMotion<'a> {
 /// The errors of the finite elements at the supports.
 pub fn peak_forces(bodies: &Bodies, peak: PeakMotion<'_>) -> Result<Vec<Resultant>, Error> {
     let (model, orbit) = (bodies.model(), peak.orbit);
-    let mut all = contact_resultants(model, orbit);
+    let mut resultants = contact_resultants(model, orbit);
     if let Some(motion_m) = peak.motion_m {
         let supports = Supports::new(model, &bodies.prestressed)?;
         let with_own_ratio = peak.problem.modal_ratios.len();
         let without = match with_own_ratio > 0 && peak.damping != Rayleigh::NONE {
-            true => bodies.free_motion_m(&orbit.without_modes(0..with_own_ratio)),
+            true => bodies.free_motion_m(&orbit.omit_modes(0..with_own_ratio)),
             false => None,
         };
-        all.extend(supports.in_motion(&Moving {
+        resultants.extend(supports.periodic_reactions(&Moving {
             omega_rad_s: std::f64::consts::TAU * orbit.frequency_hz,
             motion_m,
             damped_m: without.as_deref().unwrap_or(motion_m),
             damping: peak.damping,
         }));
     }
-    Ok(all)
+    Ok(resultants)
 }

@@ -186,7 +186,7 @@ mod tests {
             },
             settings: SweepSettings::new(vec![from_hz, to_hz], Resolution::fixed(1, 16)),
             points: Some(2),
-            near: Some(Orbit::without_motion(1.0, Outcome::Converged)),
+            near: Some(Orbit::motionless(1.0, Outcome::Converged)),
             observation: 0,
             last: problem.clone(),
             problem,
@@ -242,7 +242,7 @@ mod tests {
                 settings: &self.settings,
                 points: self.points,
             };
-            let near = self.near.as_ref().map(Guess::of);
+            let near = self.near.as_ref().map(Guess::from_peak);
             let all = [
                 RecordInputs::Response(response),
                 RecordInputs::Peak {
@@ -377,7 +377,7 @@ mod tests {
     fn every_field_of_a_peak_and_of_a_curve_counts() {
         let of_peak: &[Change] = &[
             |o| o.near = None,
-            |o| o.near = Some(Orbit::without_motion(1.5, Outcome::Converged)),
+            |o| o.near = Some(Orbit::motionless(1.5, Outcome::Converged)),
             |o| o.near.as_mut().unwrap().x.push(1e-6),
             |o| o.observation = 1,
         ];
@@ -412,7 +412,7 @@ mod tests {
         assert_changes([false, false, false, true], changes);
         let nothing: &[Change] = &[|o| {
             o.scene.name = "b".to_owned();
-            o.scene.mission.push(MissionPart::only(None));
+            o.scene.mission.push(MissionPart::whole_mission(None));
         }];
         assert_changes([false; 4], nothing);
     }

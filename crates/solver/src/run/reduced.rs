@@ -8,7 +8,7 @@ use crate::dlft::settings::Resolution;
 use crate::dlft::{Response, StaticState};
 use crate::excitation::NamedExcitation;
 use crate::problem::Problem;
-use crate::reduced::{Quantity, ReducedModel};
+use crate::reduced::{ObservedQuantity, ReducedModel};
 use crate::reduction::{Highest, LISTED_MODES, StuckModes};
 use crate::results::modes::{ModeKind, NaturalFrequency, hertz};
 use crate::results::pairs::PairTable;
@@ -16,7 +16,7 @@ use crate::results::pairs::PairTable;
 /// Reduced model of a scene with its laws and excitations, and the table of its pairs.
 #[derive(Debug)]
 #[non_exhaustive]
-pub struct Reduced {
+pub struct ReducedScene {
     /// Positions and areas of the pairs.
     pub pairs: PairTable,
     /// Problem to be solved.
@@ -33,10 +33,10 @@ pub struct Observed {
     /// Name in the results.
     pub name: String,
     /// What is observed.
-    pub quantity: Quantity,
+    pub quantity: ObservedQuantity,
 }
 
-impl Reduced {
+impl ReducedScene {
     /// Matrices of the model.
     pub fn model(&self) -> &ReducedModel {
         &self.problem.reduced
@@ -45,28 +45,28 @@ impl Reduced {
     /// Squared angular frequencies of the stuck modes, rad2/s2, ascending: those of the wave of the
     /// first harmonic where it is one round a disc.
     pub fn stuck_omega2(&self) -> Vec<f64> {
-        let of = self.model().of_harmonic(1);
-        let all = of.model.stuck_omega2().iter();
-        all.step_by(of.copies()).copied().collect()
+        let of = self.model().harmonic_model(1);
+        let squares = of.model.stuck_omega2().iter();
+        squares.step_by(of.copies()).copied().collect()
     }
 
     /// Squared angular frequencies of the linear reference about a static state, rad2/s2: as many
-    /// modes as [`Reduced::stuck_omega2`] has, or [`LISTED_MODES`] where all that moves are open
-    /// pairs.
+    /// modes as [`ReducedScene::stuck_omega2`] has, or [`LISTED_MODES`] where all that moves are
+    /// open pairs.
     pub fn linear_omega2(&self, state: &StaticState) -> Vec<f64> {
         let modes = self.linear_modes(state);
         modes.iter().map(|mode| mode.omega2).collect()
     }
 
-    /// The modes of [`Reduced::linear_omega2`].
+    /// The modes of [`ReducedScene::linear_omega2`].
     fn linear_modes(&self, state: &StaticState) -> Vec<ModalStiffness> {
         let count = match self.stuck_omega2().len() {
             0 => LISTED_MODES,
             stuck => stuck,
         };
-        let mut all = state.linear.modes_of_first_harmonic(self.model());
-        all.truncate(count);
-        all
+        let mut modes = state.linear.modes_of_first_harmonic(self.model());
+        modes.truncate(count);
+        modes
     }
 
     /// Coefficients of a damping about a static state.
@@ -111,12 +111,14 @@ impl Reduced {
     /// # Errors
     /// [`Error::NoObservation`].
     pub fn observed(&self, name: Option<&str>) -> Result<usize, Error> {
-        let all = self.observations();
+        let observations = self.observations();
         let fits = |o: &Observed| {
-            o.quantity == Quantity::Displacement && name.is_none_or(|name| o.name == name)
+            o.quantity == ObservedQuantity::Displacement && name.is_none_or(|name| o.name == name)
         };
-        all.iter().position(fits).ok_or_else(|| {
-            let displacements = all.iter().filter(|o| o.quantity == Quantity::Displacement);
+        observations.iter().position(fits).ok_or_else(|| {
+            let displacements = observations
+                .iter()
+                .filter(|o| o.quantity == ObservedQuantity::Displacement);
             Error::NoObservation {
                 name: name.map(str::to_owned),
                 names: displacements.map(|o| o.name.clone()).collect(),
@@ -132,9 +134,9 @@ impl Reduced {
         state: Option<&StaticState>,
         held_omega2: &[Vec<f64>],
     ) -> Vec<NaturalFrequency> {
-        let mut all = Vec::new();
+        let mut frequencies = Vec::new();
         let mut add = |kind: ModeKind, body: Option<&str>, omega2: &[f64]| {
-            all.extend(omega2.iter().enumerate().map(|(i, w2)| NaturalFrequency {
+            frequencies.extend(omega2.iter().enumerate().map(|(i, w2)| NaturalFrequency {
                 kind,
                 body: body.map(str::to_owned),
                 mode: i + 1,
@@ -155,7 +157,7 @@ impl Reduced {
         if let Some(state) = state {
             add(ModeKind::Linear, None, &self.linear_omega2(state));
         }
-        all
+        frequencies
     }
 }
 

@@ -8,10 +8,11 @@ use std::time::{Duration, Instant};
 use super::bodies::{Bodies, Bound, Meshes, Source, problem};
 use super::error::Error;
 use super::kept::{
-    Entry, KeptReduction, Key, Place, ReductionInputs, ReductionModes, StaticOptions, clear,
+    ReductionInputs, ReductionKey, ReductionModes, StaticOptions, StoreEntry, StoreSlot,
+    StoredReduction, clear,
 };
 use super::prestress::{is_of_contact, reduce, settle, stressed};
-use super::reduced::{Reduced, highest_harmonic, stuck_modes};
+use super::reduced::{ReducedScene, highest_harmonic, stuck_modes};
 use super::session::{Event, Session, Stage};
 use super::statics::static_options;
 use crate::description::{Scene, Subject};
@@ -27,28 +28,28 @@ use crate::results::pairs::PairTable;
 use crate::structure::Structure;
 use dovetail_numerics::eigen::Modes;
 
-impl Reduced {
+impl ReducedScene {
     /// Binds, assembles and reduces a scene about meshes, or uses the reduced model that it is about.
     ///
     /// # Errors
     /// [`Error::NoMesh`] and [`Error::NoReducedModel`] if `source` does not fit the scene;
     /// the errors of binding, finite elements, prestress and reduction.
-    pub fn of(scene: &Scene, source: Source, session: &Session<'_>) -> Result<Self, Error> {
+    pub fn new(scene: &Scene, source: Source, session: &Session<'_>) -> Result<Self, Error> {
         let reduced = match (&scene.subject, source) {
             (Subject::Assembly(assembly), Source::Meshes(meshes)) => {
-                let bound = Bound::of(assembly, &meshes, session)?;
+                let bound = Bound::new(assembly, &meshes, session)?;
                 drop(meshes);
-                Self::of_bound(bound, stuck_modes(scene), scene, session)?
+                Self::from_bound(bound, stuck_modes(scene), scene, session)?
             }
             (Subject::ReducedModel(spec), Source::ReducedModel(element)) => {
-                let pairs = PairTable::of_superelement(&element, spec.law);
+                let pairs = PairTable::from_superelement(&element, spec.law);
                 let reduced = match scene.response.stuck_modes {
                     Some(modes) => element.model.with_modes(modes),
                     None => element.model,
                 };
                 Self {
                     pairs,
-                    problem: Problem::of_excitations(
+                    problem: Problem::excited(
                         reduced,
                         spec.law,
                         &element.excitations,
@@ -62,7 +63,7 @@ impl Reduced {
             (Subject::Assembly(_), Source::ReducedModel(_)) => return Err(Error::NoMesh),
             (Subject::ReducedModel(_), Source::Meshes(_)) => return Err(Error::NoReducedModel),
         };
-        session.tell(&Event::Reduced(&reduced))?;
+        session.report(&Event::Reduced(&reduced))?;
         Ok(reduced)
     }
 
@@ -70,7 +71,7 @@ impl Reduced {
     ///
     /// # Errors
     /// The errors of the finite elements, of the prestress and of the reduction.
-    pub(super) fn of_bound(
+    pub(super) fn from_bound(
         bound: Bound,
         wanted: StuckModes,
         scene: &Scene,
@@ -78,7 +79,7 @@ impl Reduced {
     ) -> Result<Self, Error> {
         let (bodies, problem) = Bodies::reduce(bound, wanted, scene, session)?;
         Ok(Self {
-            pairs: PairTable::of_model(bodies.model()),
+            pairs: PairTable::from_model(bodies.model()),
             problem,
             bodies: Some(bodies),
             of_folder: Vec::new(),
@@ -92,7 +93,7 @@ impl Bound {
     /// # Errors
     /// A name that the mesh does not have, flanks that do not lie on each other, elements without
     /// volume.
-    pub fn of(assembly: &Assembly, meshes: &Meshes, session: &Session<'_>) -> Result<Self, Error> {
+    pub fn new(assembly: &Assembly, meshes: &Meshes, session: &Session<'_>) -> Result<Self, Error> {
         let _stage = session.stage(Stage::Model);
         let model = bind(assembly, &meshes.mesh, Some(&meshes.files))?;
         let rotation = model.rotation.as_ref();
@@ -101,7 +102,7 @@ impl Bound {
             .map(|body| mass_properties(body, rotation))
             .collect::<Result<_, _>>()?;
         let bound = Self { model, properties };
-        session.tell(&Event::Model {
+        session.report(&Event::Model {
             assembly,
             mesh: &meshes.mesh,
             bound: &bound,
@@ -113,7 +114,7 @@ impl Bound {
 /// Fills the place of a recovery, from the store where it is kept.
 fn recovered(
     place: &OnceLock<Recovery>,
-    key: Option<Key>,
+    key: Option<ReductionKey>,
     session: &Session<'_>,
     make: impl FnOnce() -> Result<Recovery, Error>,
 ) -> Result<(), Error> {
@@ -122,15 +123,15 @@ fn recovered(
     }
     let begin = Instant::now();
     let mut kept = None;
-    session.load(key, Place::Recovery(&mut kept));
+    session.load(key, StoreSlot::Recovery(&mut kept));
     let recovery = match kept {
         Some(recovery) => {
-            session.kept_stage(Stage::Recovery, begin.elapsed());
+            session.report_stored_stage(Stage::Recovery, begin.elapsed());
             recovery
         }
         None => {
             let recovery = make()?;
-            session.keep(key, Entry::Recovery(&recovery));
+            session.keep(key, StoreEntry::Recovery(&recovery));
             recovery
         }
     };
@@ -141,7 +142,7 @@ fn recovered(
 /// Inputs of the reduction of a model for a scene.
 pub(super) fn inputs(model: &Model, wanted: StuckModes, scene: &Scene) -> ReductionInputs {
     let statics = is_of_contact(model).then(|| static_options(scene));
-    ReductionInputs::of(model, wanted, statics)
+    ReductionInputs::new(model, wanted, statics)
 }
 
 /// Inputs of a reduction as far as a scene describes them, before its names are resolved. Scenes with
@@ -156,7 +157,7 @@ pub struct PlannedReduction {
 impl PlannedReduction {
     /// Inputs of the reduction of a scene; `None` if nothing is reduced. Coefficients of the air
     /// count as a whole: they name the modes on which it acts.
-    pub fn of(scene: &Scene) -> Option<Self> {
+    pub fn from_scene(scene: &Scene) -> Option<Self> {
         let mut assembly = scene.assembly()?.clone();
         let rotation = assembly.rotation.as_ref();
         let of_contact = rotation.is_some_and(|r| r.prestress == Prestress::Contact);
@@ -183,20 +184,20 @@ impl PlannedReduction {
     }
 }
 
-impl Reduced {
+impl ReducedScene {
     /// Reduces the waves in which sectors of a disc may move differently, besides those of the harmonics.
     ///
     /// # Errors
     /// Those of the reduction.
-    pub(super) fn with_all_waves(
+    pub(super) fn add_all_waves(
         mut self,
         scene: &Scene,
         session: &Session<'_>,
     ) -> Result<Self, Error> {
         if let Some(bodies) = &mut self.bodies {
-            let all = bodies.waves_of_all_sectors();
+            let all_waves = bodies.waves_of_all_sectors();
             let waves = &mut self.problem.reduced_mut().waves;
-            *waves = bodies.with_waves(std::mem::take(waves), &all, scene, session)?;
+            *waves = bodies.extend_waves(std::mem::take(waves), &all_waves, scene, session)?;
         }
         Ok(self)
     }
@@ -206,7 +207,7 @@ impl Bodies {
     /// Reduces an assembly to its model and the problem with its laws and excitations.
     ///
     /// # Errors
-    /// The errors of [`Bound::of`], of the finite elements, of the reduction and of the prestress.
+    /// The errors of [`Bound::new`], of the finite elements, of the reduction and of the prestress.
     pub(super) fn reduce(
         bound: Bound,
         wanted: StuckModes,
@@ -221,18 +222,18 @@ impl Bodies {
         let (structure, recovery) = (OnceLock::new(), OnceLock::new());
         let begin = Instant::now();
         let mut kept = None;
-        session.load(key, Place::Reduction(&mut kept));
+        session.load(key, StoreSlot::Reduction(&mut kept));
         let kept = match kept {
             Some(kept) => {
-                session.kept_stage(Stage::FiniteElements, Duration::ZERO);
-                session.kept_stage(Stage::Reduction, begin.elapsed());
+                session.report_stored_stage(Stage::FiniteElements, Duration::ZERO);
+                session.report_stored_stage(Stage::Reduction, begin.elapsed());
                 kept
             }
             None => {
                 let settled = settle(model, wanted, scene, session)?;
                 if key.is_some() {
                     let _stage = session.stage(Stage::Keeping);
-                    let entry = Entry::Reduction(&settled.reduction, &settled.recovery);
+                    let entry = StoreEntry::Reduction(&settled.reduction, &settled.recovery);
                     session.keep(key, entry);
                 }
                 if let Some(settled) = settled.structure {
@@ -242,7 +243,7 @@ impl Bodies {
                 settled.reduction
             }
         };
-        let KeptReduction {
+        let StoredReduction {
             mut reduced,
             modes,
             prestressed,
@@ -258,7 +259,7 @@ impl Bodies {
             key,
         };
         let waves = bodies.waves_of_harmonics(scene);
-        reduced.waves = bodies.with_waves(Waves::default(), &waves, scene, session)?;
+        reduced.waves = bodies.extend_waves(Waves::default(), &waves, scene, session)?;
         let problem = problem(reduced, bodies.model());
         Ok((bodies, problem.with_modal_ratios(&scene.modal_ratios)?))
     }
@@ -278,7 +279,7 @@ impl Bodies {
     }
 
     /// Waves round a disc with the models of these nodal diameters besides those that they have.
-    pub(super) fn with_waves(
+    pub(super) fn extend_waves(
         &mut self,
         waves: Waves,
         nodal_diameters: &[usize],
@@ -309,19 +310,19 @@ impl Bodies {
         nodal_diameter: usize,
         scene: &Scene,
         session: &Session<'_>,
-    ) -> Result<KeptReduction, Error> {
-        session.goes_on()?;
-        let inputs = inputs(self.model(), self.wanted, scene).of_waves(nodal_diameter);
+    ) -> Result<StoredReduction, Error> {
+        session.check_running()?;
+        let inputs = inputs(self.model(), self.wanted, scene).with_nodal_diameter(nodal_diameter);
         let key = session.store().key(&inputs);
         let mut kept = None;
-        session.load(key, Place::Reduction(&mut kept));
+        session.load(key, StoreSlot::Reduction(&mut kept));
         // What the store keeps is not held in memory, too.
         let mut recovery = OnceLock::new();
         let kept = match kept {
             Some(kept) => kept,
             None => {
                 let reduction = self.reduce_waves(nodal_diameter, session)?;
-                let kept = KeptReduction {
+                let kept = StoredReduction {
                     reduced: reduction.model,
                     modes: ReductionModes {
                         truncation: reduction.truncation,
@@ -332,7 +333,7 @@ impl Bodies {
                 };
                 if key.is_some() {
                     let _stage = session.stage(Stage::Keeping);
-                    session.keep(key, Entry::Reduction(&kept, &reduction.recovery));
+                    session.keep(key, StoreEntry::Reduction(&kept, &reduction.recovery));
                 } else {
                     recovery = OnceLock::from(reduction.recovery);
                 }
@@ -353,8 +354,8 @@ impl Bodies {
         let structure = self.structure(session)?;
         let title = format!("reduction at {nodal_diameter} nodal diameters");
         let _stage = session.titled_stage(Stage::Reduction, &title);
-        let found = reduce_wave(structure, cyclic.sectors, nodal_diameter, self.wanted);
-        found.map_err(|source| Error::NodalDiameter {
+        let reduction = reduce_wave(structure, cyclic.sectors, nodal_diameter, self.wanted);
+        reduction.map_err(|source| Error::NodalDiameter {
             nodal_diameter,
             source,
         })
@@ -395,9 +396,9 @@ impl Bodies {
     pub fn held_modes(&self, session: &Session<'_>) -> Result<Vec<Modes>, Error> {
         let begin = Instant::now();
         let mut kept = None;
-        session.load(self.key, Place::HeldModes(&mut kept));
+        session.load(self.key, StoreSlot::HeldModes(&mut kept));
         if let Some(kept) = kept {
-            session.kept_stage(Stage::HeldModes, begin.elapsed());
+            session.report_stored_stage(Stage::HeldModes, begin.elapsed());
             return Ok(kept);
         }
         let structure = self.structure(session)?;
@@ -406,7 +407,7 @@ impl Bodies {
         let modes = bodies
             .map(|body| Ok(fixed_interface_modes(body, LISTED_MODES)?))
             .collect::<Result<Vec<Modes>, Error>>()?;
-        session.keep(self.key, Entry::HeldModes(&modes));
+        session.keep(self.key, StoreEntry::HeldModes(&modes));
         Ok(modes)
     }
 }
@@ -470,7 +471,7 @@ mod tests {
             engine_orders: Vec::new(),
             mission: Vec::new(),
         };
-        PlannedReduction::of(&scene).unwrap()
+        PlannedReduction::from_scene(&scene).unwrap()
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use super::error::Error;
 use super::records::{RecordInputs, ResponseInputs};
-use super::reduced::Reduced;
+use super::reduced::ReducedScene;
 use super::session::{Event, Session, Stage};
 use crate::damping::Rayleigh;
 use crate::description::{FrequencyRange, ResponseSpec, Scene};
@@ -14,7 +14,7 @@ use crate::dlft::linear_curve::linear_curve;
 use crate::dlft::orbit::{linear_orbit, linear_point};
 use crate::dlft::settings::Resolution;
 use crate::dlft::sweep::{SweepSettings, sweep};
-use crate::dlft::{Branch, Orbit, Response, SolvedFrequency, StaticState, Told};
+use crate::dlft::{Branch, Orbit, Response, SolvedFrequency, StaticState, SweepProgress};
 use crate::problem::Problem;
 use crate::problem::dynamic_stiffness::ContactSystem;
 use crate::results::far_slip::ShorterSides;
@@ -29,7 +29,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 ///
 /// # Errors
 /// [`Error::NotInPhase`], [`Error::WithInfluence`].
-pub fn in_phase(scene: &Scene, task: &'static str) -> Result<(), Error> {
+pub fn check_in_phase(scene: &Scene, task: &'static str) -> Result<(), Error> {
     let disc = scene.assembly().and_then(|a| a.cyclic.as_ref());
     match disc {
         Some(disc) if disc.engine_order % disc.sectors > 0 => Err(Error::NotInPhase {
@@ -37,7 +37,7 @@ pub fn in_phase(scene: &Scene, task: &'static str) -> Result<(), Error> {
             engine_order: disc.engine_order,
             sectors: disc.sectors,
         }),
-        _ => without_influence(scene, task),
+        _ => check_without_influence(scene, task),
     }
 }
 
@@ -45,7 +45,7 @@ pub fn in_phase(scene: &Scene, task: &'static str) -> Result<(), Error> {
 ///
 /// # Errors
 /// [`Error::WithInfluence`].
-pub(super) fn without_influence(scene: &Scene, task: &'static str) -> Result<(), Error> {
+pub(super) fn check_without_influence(scene: &Scene, task: &'static str) -> Result<(), Error> {
     let disc = scene.assembly().and_then(|a| a.cyclic.as_ref());
     match disc.is_some_and(|disc| disc.influence.is_some()) {
         true => Err(Error::WithInfluence { task }),
@@ -58,7 +58,7 @@ pub(super) fn without_influence(scene: &Scene, task: &'static str) -> Result<(),
 ///
 /// # Errors
 /// [`Error::AlongEngineOrder`].
-pub fn at_one_speed(scene: &Scene, why: &'static str) -> Result<(), Error> {
+pub fn check_one_speed(scene: &Scene, why: &'static str) -> Result<(), Error> {
     match scene.response.along_engine_order {
         Some(_) => Err(Error::AlongEngineOrder { why }),
         None => Ok(()),
@@ -101,7 +101,7 @@ const ON_A_MODE: f64 = 1e-9;
 ///
 /// # Errors
 /// [`Error::UndampedMode`] where a harmonic of some frequency lies on one.
-pub fn off_undamped_modes(
+pub fn check_undamped_modes(
     problem: &Problem,
     state: &StaticState,
     damping: Rayleigh,
@@ -116,9 +116,9 @@ pub fn off_undamped_modes(
     for (kind, problem) in [(ModeKind::Stuck, problem), (ModeKind::Linear, &linear)] {
         let system = ContactSystem::new(problem, damping);
         let undamped = |harmonic: usize| -> (Vec<usize>, Vec<f64>) {
-            let of = problem.reduced.of_harmonic(harmonic);
+            let of = problem.reduced.harmonic_model(harmonic);
             let omega2 = of.model.omega2.iter().enumerate();
-            let undamped = omega2.filter(|(m, _)| !system.damps(harmonic, *m));
+            let undamped = omega2.filter(|(m, _)| !system.is_damped(harmonic, *m));
             undamped
                 .map(|(m, w2)| (of.mode_of_sector(m), hertz(*w2)))
                 .unzip()
@@ -182,7 +182,7 @@ pub(super) fn settings(
 /// Common data of the responses of a run.
 pub(super) struct Responses<'a, 'o> {
     pub spec: &'a ResponseSpec,
-    pub reduced: &'a Reduced,
+    pub reduced: &'a ReducedScene,
     pub damping: Rayleigh,
     pub state: &'a StaticState,
     /// Frequencies, ascending.
@@ -200,19 +200,19 @@ impl Responses<'_, '_> {
         &self,
         compared_harmonics: Option<usize>,
     ) -> Result<(Response, f64), Error> {
-        let own = self.spec.resolution;
-        let resolution = compared_harmonics.map_or(own, |h| compared(own, h));
-        let sides = ShorterSides::of(&self.reduced.pairs);
+        let own_resolution = self.spec.resolution;
+        let resolution = compared_harmonics.map_or(own_resolution, |h| compared(own_resolution, h));
+        let sides = ShorterSides::new(&self.reduced.pairs);
         let mut response = if self.reduced.problem.laws.is_empty() {
             self.linear(resolution)
         } else {
-            self.with_contact(resolution, compared_harmonics, &sides)?
+            self.contact_response(resolution, compared_harmonics, &sides)?
         };
         let farthest = sides.judge_response(&mut response);
         Ok((response, farthest))
     }
 
-    fn with_contact(
+    fn contact_response(
         &self,
         resolution: Resolution,
         compared_harmonics: Option<usize>,
@@ -224,10 +224,10 @@ impl Responses<'_, '_> {
         let blocks = blocks(resolution.most_harmonics());
         stage.solves(blocks * problem.reduced.stiffness.nrows());
         let settings = settings(spec, self.frequencies_hz.to_vec(), resolution);
-        memory::ask_for(demand::bytes(problem, &settings))
+        memory::check_available(demand::bytes(problem, &settings))
             .map_err(|source| Error::TooLittleMemory { blocks, source })?;
         let (damping, state) = (self.damping, self.state);
-        session.tell(&Event::ResponseBegins {
+        session.report(&Event::ResponseBegins {
             reduced: self.reduced,
             frequencies_hz: self.frequencies_hz,
             compared_harmonics,
@@ -246,26 +246,26 @@ impl Responses<'_, '_> {
             session.steps(self.frequencies_hz.len(), "frequencies")
         };
         let reached = Reached::new(self.frequencies_hz);
-        let tell = |told: Told<'_>| match told {
-            Told::Solved(solved) => {
+        let tell = |told: SweepProgress<'_>| match told {
+            SweepProgress::Solved(solved) => {
                 let mut solved = solved.clone();
                 sides.judge_orbit(&mut solved.orbit);
                 let _ = session.append(recorded.key, &solved);
-                let _ = session.tell(&Event::Frequency(&solved));
+                let _ = session.report(&Event::Frequency(&solved));
                 if follows {
-                    (0..reached.more_percent(&solved)).for_each(|_| steps.step());
+                    (0..reached.additional_percent(&solved)).for_each(|_| steps.step());
                 } else if !solved.again {
                     steps.step();
                 }
             }
-            Told::Tries(attempt) => {
-                let _ = session.tell(&Event::Tries(attempt));
+            SweepProgress::Tries(attempt) => {
+                let _ = session.report(&Event::Tries(attempt));
             }
-            Told::Next(stop) => session.stops(stop),
+            SweepProgress::Next(stop) => session.stop_if_ended(stop),
         };
         let solve = if follows { follow } else { sweep };
         let response = solve(problem, damping, state, &settings, &recorded.earlier, &tell);
-        session.goes_on()?;
+        session.check_running()?;
         Ok(response)
     }
 
@@ -283,7 +283,7 @@ impl Responses<'_, '_> {
         let system = ContactSystem::new(problem, self.damping);
         let (linear, linear_curve) = match (self.spec.points, self.frequencies_hz) {
             (None, &[from_hz, to_hz]) => {
-                let even_hz = of_smooth_curve_hz(from_hz, to_hz);
+                let even_hz = smooth_curve_frequencies_hz(from_hz, to_hz);
                 let curve = linear_curve(&system, harmonics, &even_hz);
                 (curve.clone(), curve)
             }
@@ -310,7 +310,7 @@ impl Responses<'_, '_> {
 
 /// Frequencies from one to another, Hz, evenly spaced, that draw a linear response as a smooth
 /// curve.
-pub(super) fn of_smooth_curve_hz(from_hz: f64, to_hz: f64) -> Vec<f64> {
+pub(super) fn smooth_curve_frequencies_hz(from_hz: f64, to_hz: f64) -> Vec<f64> {
     const POINTS: u16 = 200;
     let step_hz = (to_hz - from_hz) / f64::from(POINTS - 1);
     let numbers = (0..POINTS).map(f64::from);
@@ -333,7 +333,7 @@ impl<'a> Reached<'a> {
     }
 
     /// Per cent of the range that a point adds to what is behind its follower.
-    fn more_percent(&self, solved: &SolvedFrequency) -> usize {
+    fn additional_percent(&self, solved: &SolvedFrequency) -> usize {
         let ends = self.frequencies_hz.first().zip(self.frequencies_hz.last());
         let (Some((from, to)), Some(along)) = (ends, &solved.along) else {
             return 0;
@@ -362,18 +362,18 @@ fn title(resolution: Resolution) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::dlft::{Along, LinearPoint, Outcome, Part};
+    use crate::dlft::{BranchPosition, LinearPoint, Outcome, Part};
 
     fn solved(frequency_hz: f64, from_last: bool) -> SolvedFrequency {
         SolvedFrequency {
-            orbit: Orbit::without_motion(frequency_hz, Outcome::Converged),
+            orbit: Orbit::motionless(frequency_hz, Outcome::Converged),
             linear: LinearPoint {
                 frequency_hz,
                 observed_amplitude: Vec::new(),
             },
             next_level: 0,
             again: false,
-            along: Some(Along {
+            along: Some(BranchPosition {
                 from_last,
                 step: 0,
                 part: Part::Reached,
@@ -403,7 +403,7 @@ mod tests {
             (199.0, false, 100),
             (210.0, true, 100),
         ] {
-            percent += reached.more_percent(&solved(frequency_hz, from_last));
+            percent += reached.additional_percent(&solved(frequency_hz, from_last));
             assert_eq!(percent, expected, "{frequency_hz} Hz");
         }
     }

@@ -6,23 +6,23 @@
 //! ([`solve_after`]), which starts from the motions of the speeds before. Names, flanks and pairs
 //! are found once.
 
-use super::at::{At, rad_s, scene_at};
+use super::at::{ModelAtValue, rad_s, scene_at};
 use super::error::Error;
 use super::outcome::{ResponseResult, Run, RunUp};
 use super::records::RecordInputs;
-use super::reduced::{Reduced, stuck_modes};
+use super::reduced::{ReducedScene, stuck_modes};
 use super::response::frequencies_hz;
 use super::session::{Event, Observer, Session, Stage, StageEnd};
 use crate::damping::Rayleigh;
 use crate::description::{EngineOrder, Scene};
 use crate::dlft::orbit::{linear_orbit, linear_point};
 use crate::dlft::settings::Resolution;
-use crate::dlft::sweep::{Last, solve_after};
-use crate::dlft::{Branch, LinearPoint, Orbit, Outcome, Response, SolvedFrequency, Told};
+use crate::dlft::sweep::{SweepState, solve_after};
+use crate::dlft::{Branch, LinearPoint, Orbit, Outcome, Response, SolvedFrequency, SweepProgress};
 use crate::problem::dynamic_stiffness::ContactSystem;
 use crate::results::far_slip::ShorterSides;
 use crate::results::quantities::peak;
-use crate::results::small::Sizes;
+use crate::results::small::AssemblySizes;
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
@@ -61,28 +61,28 @@ pub(super) fn run_up(
             session.titled_stage(Stage::Response, &title),
             Instant::now(),
         );
-        session.tell(&Event::ResponseBegins {
+        session.report(&Event::ResponseBegins {
             reduced: &run.reduced,
             frequencies_hz,
             compared_harmonics: None,
         })?;
         let response = ascent.response(frequencies_hz)?;
         // What the stages of the speeds take is told below.
-        stage.took(begun.elapsed().saturating_sub(ascent.stages.took()));
+        stage.set_time(begun.elapsed().saturating_sub(ascent.stages.total_time()));
         response
     };
     let top = peak(&response, 0);
     let known = top.as_ref().and_then(|top| ascent.dampings.get(&top.index));
     let (at_peak, damping) = match (top, known.copied()) {
         (None, _) => {
-            let own = run.reduced.rayleigh(&scene.damping, &run.statics.state)?;
-            (None, own)
+            let rayleigh = run.reduced.rayleigh(&scene.damping, &run.statics.state)?;
+            (None, rayleigh)
         }
         (Some(_), Some(damping)) if !fields => (None, damping),
         (Some(top), Some(damping)) => (ascent.reduced(top.frequency_hz)?.bodies, damping),
         // A run before this one has solved the speed.
         (Some(top), None) => {
-            let at = ascent.at(top.frequency_hz)?;
+            let at = ascent.model_at(top.frequency_hz)?;
             (at.reduced.bodies, at.damping)
         }
     };
@@ -90,12 +90,12 @@ pub(super) fn run_up(
     if let Some(bodies) = &at_peak {
         ascent.silently(|session| bodies.recover(session))?;
     }
-    ascent.stages.tell(session);
+    ascent.stages.report(session);
     let bodies = run.reduced.bodies.as_ref();
-    let slide = ShorterSides::of(&run.reduced.pairs).judge_response(&mut response);
+    let slide = ShorterSides::new(&run.reduced.pairs).judge_response(&mut response);
     Ok(ResponseResult {
         slide,
-        farthest: bodies.and_then(|b| Sizes::of(b.model()).farthest_observed(&response)),
+        farthest: bodies.and_then(|b| AssemblySizes::new(b.model()).farthest_observed(&response)),
         retained: Vec::new(),
         modes_reach: run.reduced.modes_reach(&[&response]),
         response,
@@ -131,12 +131,12 @@ impl Ascent<'_, '_> {
             model: bodies.model(),
             scene: self.scene,
         })?;
-        let sides = ShorterSides::of(&run.reduced.pairs);
+        let sides = ShorterSides::new(&run.reduced.pairs);
         let steps = session.steps(frequencies_hz.len(), "speeds");
-        let mut last = Last::default();
+        let mut last = SweepState::default();
         let (mut orbits, mut linear) = (Vec::new(), Vec::new());
         for (point, &frequency_hz) in frequencies_hz.iter().enumerate() {
-            session.goes_on()?;
+            session.check_running()?;
             let is_known = |s: &&SolvedFrequency| {
                 s.place() == (point, false) && s.orbit.frequency_hz == frequency_hz
             };
@@ -144,10 +144,10 @@ impl Ascent<'_, '_> {
                 Some(known) => known.clone(),
                 None => self.point(point, frequency_hz, &last)?,
             };
-            session.goes_on()?;
+            session.check_running()?;
             sides.judge_orbit(&mut solved.orbit);
             session.append(recorded.key, &solved)?;
-            session.tell(&Event::Frequency(&solved))?;
+            session.report(&Event::Frequency(&solved))?;
             steps.step();
             if !solved.orbit.x.is_empty() {
                 last.follow(&solved);
@@ -170,11 +170,11 @@ impl Ascent<'_, '_> {
         &mut self,
         point: usize,
         frequency_hz: f64,
-        last: &Last,
+        last: &SweepState,
     ) -> Result<SolvedFrequency, Error> {
-        let at = match self.at(frequency_hz) {
+        let at = match self.model_at(frequency_hz) {
             Err(Error::AtSpeed { error, speed_rpm }) => match outcome(&error) {
-                Some(outcome) => return Ok(without_static_state(point, frequency_hz, outcome)),
+                Some(outcome) => return Ok(failed_static_state(point, frequency_hz, outcome)),
                 None => return Err(Error::AtSpeed { error, speed_rpm }),
             },
             at => at?,
@@ -193,16 +193,16 @@ impl Ascent<'_, '_> {
             };
             return Ok(SolvedFrequency {
                 linear: linear_point(&system, harmonics, frequency_hz),
-                ..SolvedFrequency::alone(orbit)
+                ..SolvedFrequency::isolated(orbit)
             });
         }
         let session = self.session;
-        let tell = |told: Told<'_>| match told {
-            Told::Tries(attempt) => {
-                let _ = session.tell(&Event::Tries(attempt));
+        let tell = |told: SweepProgress<'_>| match told {
+            SweepProgress::Tries(attempt) => {
+                let _ = session.report(&Event::Tries(attempt));
             }
-            Told::Next(stop) => session.stops(stop),
-            Told::Solved(_) => {}
+            SweepProgress::Next(stop) => session.stop_if_ended(stop),
+            SweepProgress::Solved(_) => {}
         };
         let (damping, state, settings) = (at.damping, &at.state, &at.settings);
         let solved = solve_after(last, point, problem, damping, state, settings, &tell);
@@ -211,25 +211,27 @@ impl Ascent<'_, '_> {
 
     /// Model at the speed of a frequency, about its static state: that of the response of this one
     /// frequency.
-    fn at(&mut self, frequency_hz: f64) -> Result<At, Error> {
+    fn model_at(&mut self, frequency_hz: f64) -> Result<ModelAtValue, Error> {
         let reduced = self.reduced(frequency_hz)?;
         let speed_rpm = self.engine_order.speed_rpm(frequency_hz);
         let scene = scene_at(self.scene, speed_rpm, [frequency_hz; 2]);
-        let about = |session: &Session<'_>| At::about((speed_rpm, scene), reduced, None, session);
+        let about = |session: &Session<'_>| {
+            ModelAtValue::from_reduced((speed_rpm, scene), reduced, None, session)
+        };
         let made = self.silently(about);
-        made.map_err(|error| at_speed(speed_rpm, error))
+        made.map_err(|error| locate_speed_error(speed_rpm, error))
     }
 
     /// Reduced model at the speed of a frequency.
-    fn reduced(&mut self, frequency_hz: f64) -> Result<Reduced, Error> {
+    fn reduced(&mut self, frequency_hz: f64) -> Result<ReducedScene, Error> {
         let (run, scene) = (self.run, self.scene);
         let speed_rpm = self.engine_order.speed_rpm(frequency_hz);
         let bodies = run.reduced.bodies.as_ref().ok_or(Error::NoMesh)?;
-        let bound = bodies.bound.at_speed(rad_s(speed_rpm));
+        let bound = bodies.bound.with_speed(rad_s(speed_rpm));
         let bound = bound.ok_or(Error::NoRotation)?;
         let wanted = stuck_modes(scene);
-        let made = self.silently(|session| Reduced::of_bound(bound, wanted, scene, session));
-        made.map_err(|error| at_speed(speed_rpm, error))
+        let made = self.silently(|session| ReducedScene::from_bound(bound, wanted, scene, session));
+        made.map_err(|error| locate_speed_error(speed_rpm, error))
     }
 
     /// Does the work of a speed, of which nothing is told but what its stages take in all.
@@ -242,7 +244,7 @@ impl Ascent<'_, '_> {
     }
 }
 
-fn at_speed(speed_rpm: f64, error: Error) -> Error {
+fn locate_speed_error(speed_rpm: f64, error: Error) -> Error {
     match error {
         Error::Stopped => Error::Stopped,
         error => Error::AtSpeed {
@@ -262,18 +264,18 @@ fn outcome(error: &Error) -> Option<Outcome> {
     }
 }
 
-fn without_static_state(point: usize, frequency_hz: f64, outcome: Outcome) -> SolvedFrequency {
+fn failed_static_state(point: usize, frequency_hz: f64, outcome: Outcome) -> SolvedFrequency {
     let orbit = Orbit {
         point,
         residual: f64::NAN,
-        ..Orbit::without_motion(frequency_hz, outcome)
+        ..Orbit::motionless(frequency_hz, outcome)
     };
     SolvedFrequency {
         linear: LinearPoint {
             frequency_hz,
             observed_amplitude: Vec::new(),
         },
-        ..SolvedFrequency::alone(orbit)
+        ..SolvedFrequency::isolated(orbit)
     }
 }
 
@@ -295,7 +297,7 @@ struct Ended {
 }
 
 impl Observer for Stages {
-    fn on(&mut self, event: &Event<'_>) -> ControlFlow<()> {
+    fn on_event(&mut self, event: &Event<'_>) -> ControlFlow<()> {
         match event {
             Event::StageBegins { .. } => self.under_way.push(Instant::now()),
             Event::StageEnds(end) => {
@@ -311,8 +313,8 @@ impl Observer for Stages {
 
 impl Stages {
     fn add(&mut self, end: &StageEnd, took: Duration) {
-        let own = self.ended.iter().position(|e| e.stage == end.stage);
-        let own = own.unwrap_or_else(|| {
+        let position = self.ended.iter().position(|e| e.stage == end.stage);
+        let index = position.unwrap_or_else(|| {
             self.ended.push(Ended {
                 stage: end.stage,
                 took: Duration::ZERO,
@@ -322,20 +324,20 @@ impl Stages {
             });
             self.ended.len() - 1
         });
-        let own = &mut self.ended[own];
-        own.took += took;
-        own.times += 1;
-        own.from_store += usize::from(end.from_store);
-        own.unknowns.clone_from(&end.unknowns);
+        let ended = &mut self.ended[index];
+        ended.took += took;
+        ended.times += 1;
+        ended.from_store += usize::from(end.from_store);
+        ended.unknowns.clone_from(&end.unknowns);
     }
 
     /// Time that all of them took.
-    fn took(&self) -> Duration {
+    fn total_time(&self) -> Duration {
         self.ended.iter().map(|ended| ended.took).sum()
     }
 
     /// Tells a session what they took.
-    fn tell(&self, session: &Session<'_>) {
+    fn report(&self, session: &Session<'_>) {
         for ended in &self.ended {
             let Ended {
                 stage,
@@ -353,11 +355,11 @@ impl Stages {
                 times => format!(", {times} times"),
             };
             let title = format!("{} along the run-up{count}{kept}", stage.title());
-            let _ = session.tell(&Event::StageBegins {
+            let _ = session.report(&Event::StageBegins {
                 stage,
                 title: &title,
             });
-            let _ = session.tell(&Event::StageEnds(&StageEnd {
+            let _ = session.report(&Event::StageEnds(&StageEnd {
                 stage,
                 title,
                 from_store: from_store == times,
@@ -377,7 +379,7 @@ mod tests {
     struct Titles(Vec<(String, bool)>);
 
     impl Observer for Titles {
-        fn on(&mut self, event: &Event<'_>) -> ControlFlow<()> {
+        fn on_event(&mut self, event: &Event<'_>) -> ControlFlow<()> {
             if let Event::StageEnds(end) = event {
                 self.0.push((end.title.clone(), end.from_store));
             }
@@ -396,14 +398,14 @@ mod tests {
             (Stage::Recovery, true),
         ] {
             let title = "";
-            let _ = stages.on(&Event::StageBegins { stage, title });
-            let mut end = StageEnd::of_caller(stage, from_store);
+            let _ = stages.on_event(&Event::StageBegins { stage, title });
+            let mut end = StageEnd::caller_stage(stage, from_store);
             end.took = Some(Duration::from_secs(2));
-            let _ = stages.on(&Event::StageEnds(&end));
+            let _ = stages.on_event(&Event::StageEnds(&end));
         }
-        assert_eq!(stages.took(), Duration::from_secs(10));
+        assert_eq!(stages.total_time(), Duration::from_secs(10));
         let mut titles = Titles::default();
-        stages.tell(&Session::new(&mut titles, &mut ()));
+        stages.report(&Session::new(&mut titles, &mut ()));
         let expected = [
             (
                 "reduction along the run-up, 3 times, 2 from the cache",
@@ -439,7 +441,7 @@ mod tests {
         };
         assert_eq!(outcome(&stalled), Some(Outcome::Stagnated));
         assert_eq!(outcome(&Error::NoLinearMode), None);
-        let solved = without_static_state(3, 50.0, Outcome::NothingHolds);
+        let solved = failed_static_state(3, 50.0, Outcome::NothingHolds);
         assert_eq!(
             (solved.place(), solved.orbit.frequency_hz),
             ((3, false), 50.0)

@@ -13,10 +13,10 @@ use serde::{Deserialize, Serialize};
 
 use super::bodies::Bound;
 use super::error::Error;
-use super::kept::{Entry, Key, Place, PrestressPass, ReductionInputs};
+use super::kept::{PrestressPass, ReductionInputs, ReductionKey, StoreEntry, StoreSlot};
 use super::outcome::{PeakAt, Run, StaticResult};
 use super::records::{RecordInputs, RecordKey, Recorded};
-use super::reduced::Reduced;
+use super::reduced::ReducedScene;
 use super::worn::WearCourse;
 use crate::dlft::{Attempt, SolvedFrequency, Stop};
 use crate::model::Assembly;
@@ -156,18 +156,18 @@ pub enum Event<'a> {
         pass: &'a PrestressPass,
     },
     /// The reduced model is available.
-    Reduced(&'a Reduced),
+    Reduced(&'a ReducedScene),
     /// The static state is available, converged or not.
     StaticState {
         /// Reduced model of the state.
-        reduced: &'a Reduced,
+        reduced: &'a ReducedScene,
         /// State, with the quantities derived from it.
         statics: &'a StaticResult,
     },
     /// A response is about to be computed.
     ResponseBegins {
         /// Reduced model of the response.
-        reduced: &'a Reduced,
+        reduced: &'a ReducedScene,
         /// Frequencies that are asked for, Hz, ascending.
         frequencies_hz: &'a [f64],
         /// Harmonics of the response that the scene's own is compared with; `None` for its own.
@@ -185,7 +185,7 @@ pub enum Event<'a> {
     /// A peak over a value of the scene is found.
     Peak {
         /// Reduced model of the value.
-        reduced: &'a Reduced,
+        reduced: &'a ReducedScene,
         /// Number of the observed displacement.
         observation: usize,
         /// Peak, with its value.
@@ -211,7 +211,7 @@ pub struct StageEnd {
 
 impl StageEnd {
     /// End of a stage of the caller of the library, for which the time between the events counts.
-    pub fn of_caller(stage: Stage, from_store: bool) -> Self {
+    pub fn caller_stage(stage: Stage, from_store: bool) -> Self {
         Self {
             stage,
             title: stage.title().to_owned(),
@@ -227,12 +227,12 @@ impl StageEnd {
 pub trait Observer: Send {
     /// Receives an event. [`ControlFlow::Break`] ends the run with [`Error::Stopped`] as soon as
     /// the current stage allows.
-    fn on(&mut self, event: &Event<'_>) -> ControlFlow<()>;
+    fn on_event(&mut self, event: &Event<'_>) -> ControlFlow<()>;
 }
 
 /// Observer that ignores all events.
 impl Observer for () {
-    fn on(&mut self, _: &Event<'_>) -> ControlFlow<()> {
+    fn on_event(&mut self, _: &Event<'_>) -> ControlFlow<()> {
         ControlFlow::Continue(())
     }
 }
@@ -240,14 +240,14 @@ impl Observer for () {
 /// Store of results of runs. By default it keeps nothing and finds nothing.
 pub trait Store: Send {
     /// Key of a reduction; `None` where nothing is kept.
-    fn key(&mut self, _inputs: &ReductionInputs) -> Option<Key> {
+    fn key(&mut self, _inputs: &ReductionInputs) -> Option<ReductionKey> {
         None
     }
     /// Fills a place with the entry under a key. The place stays empty without such an entry: the run
     /// then makes the content, and keeps it.
-    fn load(&mut self, _key: &Key, _place: Place<'_>) {}
+    fn load(&mut self, _key: &ReductionKey, _place: StoreSlot<'_>) {}
     /// Keeps an entry under a key.
-    fn keep(&mut self, _key: &Key, _entry: Entry<'_>) {}
+    fn keep(&mut self, _key: &ReductionKey, _entry: StoreEntry<'_>) {}
     /// Motions with these inputs that an earlier run solved for before it was interrupted.
     /// [`ControlFlow::Break`] ends the run.
     fn records(&mut self, _inputs: &RecordInputs<'_>) -> ControlFlow<(), Recorded> {
@@ -289,18 +289,18 @@ impl<'o> Session<'o> {
     ///
     /// # Errors
     /// [`Error::Stopped`] where the observer has ended the run.
-    pub(crate) fn tell(&self, event: &Event<'_>) -> Result<(), Error> {
-        if lock(&self.observer).on(event).is_break() {
+    pub(crate) fn report(&self, event: &Event<'_>) -> Result<(), Error> {
+        if lock(&self.observer).on_event(event).is_break() {
             self.stopped.store(true, Ordering::Relaxed);
         }
-        self.goes_on()
+        self.check_running()
     }
 
     /// Checks that the run continues.
     ///
     /// # Errors
     /// [`Error::Stopped`] where the observer or the store has ended it.
-    pub(super) fn goes_on(&self) -> Result<(), Error> {
+    pub(super) fn check_running(&self) -> Result<(), Error> {
         if self.stopped.load(Ordering::Relaxed) {
             return Err(Error::Stopped);
         }
@@ -308,21 +308,21 @@ impl<'o> Session<'o> {
     }
 
     /// Stops a sweep where the observer has ended the run.
-    pub(super) fn stops(&self, stop: &Stop) {
-        if self.goes_on().is_err() {
+    pub(super) fn stop_if_ended(&self, stop: &Stop) {
+        if self.check_running().is_err() {
             stop.stop();
         }
     }
 
     /// Fills a place with the entry that the store has under a key, if there is a key.
-    pub(super) fn load(&self, key: Option<Key>, place: Place<'_>) {
+    pub(super) fn load(&self, key: Option<ReductionKey>, place: StoreSlot<'_>) {
         if let Some(key) = key {
             self.store().load(&key, place);
         }
     }
 
     /// Has the store keep an entry under a key, if there is a key.
-    pub(super) fn keep(&self, key: Option<Key>, entry: Entry<'_>) {
+    pub(super) fn keep(&self, key: Option<ReductionKey>, entry: StoreEntry<'_>) {
         if let Some(key) = key {
             self.store().keep(&key, entry);
         }
@@ -352,7 +352,7 @@ impl<'o> Session<'o> {
         if key.is_some_and(|key| self.store().append(&key, motion).is_break()) {
             self.stopped.store(true, Ordering::Relaxed);
         }
-        self.goes_on()
+        self.check_running()
     }
 
     /// Store, locked for this thread.
@@ -368,7 +368,7 @@ impl<'o> Session<'o> {
     /// Begins a stage under a title of its own.
     pub(super) fn titled_stage(&self, stage: Stage, title: &str) -> StageGuard<'_, 'o> {
         // An observer that ends the run takes effect at the next result.
-        let _ = self.tell(&Event::StageBegins { stage, title });
+        let _ = self.report(&Event::StageBegins { stage, title });
         StageGuard {
             session: self,
             stage,
@@ -379,18 +379,18 @@ impl<'o> Session<'o> {
     }
 
     /// Reports a stage that took `time` and whose result comes from the store.
-    pub(super) fn kept_stage(&self, stage: Stage, time: Duration) {
+    pub(super) fn report_stored_stage(&self, stage: Stage, time: Duration) {
         let title = stage.title();
-        let _ = self.tell(&Event::StageBegins { stage, title });
-        let _ = self.tell(&Event::StageEnds(&StageEnd {
+        let _ = self.report(&Event::StageBegins { stage, title });
+        let _ = self.report(&Event::StageEnds(&StageEnd {
             took: Some(time),
-            ..StageEnd::of_caller(stage, true)
+            ..StageEnd::caller_stage(stage, true)
         }));
     }
 
     /// Begins a loop of `steps` steps, which ends when the guard is dropped.
     pub(super) fn steps(&self, steps: usize, label: &str) -> Steps<'_, 'o> {
-        let _ = self.tell(&Event::LoopBegins { label, steps });
+        let _ = self.report(&Event::LoopBegins { label, steps });
         Steps { session: self }
     }
 }
@@ -412,7 +412,7 @@ impl StageGuard<'_, '_> {
     }
 
     /// Records the time that counts as that of the stage, where a part of it is told otherwise.
-    pub(super) fn took(&self, time: Duration) {
+    pub(super) fn set_time(&self, time: Duration) {
         *lock(&self.took) = Some(time);
     }
 }
@@ -421,7 +421,7 @@ impl Drop for StageGuard<'_, '_> {
     fn drop(&mut self) {
         let mut unknowns = std::mem::take(&mut *lock(&self.unknowns));
         unknowns.sort_unstable_by(|a, b| b.cmp(a));
-        let _ = self.session.tell(&Event::StageEnds(&StageEnd {
+        let _ = self.session.report(&Event::StageEnds(&StageEnd {
             stage: self.stage,
             title: std::mem::take(&mut self.title),
             from_store: false,
@@ -440,13 +440,13 @@ pub(super) struct Steps<'s, 'o> {
 impl Steps<'_, '_> {
     /// Reports that one more step is done.
     pub(super) fn step(&self) {
-        let _ = self.session.tell(&Event::LoopAdvances(1));
+        let _ = self.session.report(&Event::LoopAdvances(1));
     }
 }
 
 impl Drop for Steps<'_, '_> {
     fn drop(&mut self) {
-        let _ = self.session.tell(&Event::LoopEnds);
+        let _ = self.session.report(&Event::LoopEnds);
     }
 }
 
@@ -468,7 +468,7 @@ mod tests {
     }
 
     impl Observer for Listener {
-        fn on(&mut self, event: &Event<'_>) -> ControlFlow<()> {
+        fn on_event(&mut self, event: &Event<'_>) -> ControlFlow<()> {
             match event {
                 Event::StageBegins { stage, title } => {
                     self.heard.push(format!("{} begins: {title}", stage.id()));
@@ -487,7 +487,7 @@ mod tests {
     }
 
     /// Listener that has heard what `run` tells.
-    fn heard(run: impl FnOnce(&Session<'_>)) -> Listener {
+    fn record_events(run: impl FnOnce(&Session<'_>)) -> Listener {
         let mut listener = Listener::default();
         run(&Session::new(&mut listener, &mut ()));
         listener
@@ -495,14 +495,14 @@ mod tests {
 
     #[test]
     fn stages_are_told_in_the_order_of_their_ends() {
-        let listener = heard(|session| {
+        let listener = record_events(|session| {
             {
                 let _outer = session.stage(Stage::Model);
                 let inner = session.titled_stage(Stage::Response, "inner");
                 inner.solves(3);
                 inner.solves(7);
             }
-            session.kept_stage(Stage::Reduction, Duration::from_secs(2));
+            session.report_stored_stage(Stage::Reduction, Duration::from_secs(2));
         });
         assert_eq!(
             listener.heard,
@@ -519,7 +519,7 @@ mod tests {
 
     #[test]
     fn steps_of_all_threads_are_heard() {
-        let listener = heard(|session| {
+        let listener = record_events(|session| {
             let steps = session.steps(1000, "points");
             (0..1000).into_par_iter().for_each(|_| steps.step());
         });
@@ -528,11 +528,11 @@ mod tests {
 
     #[test]
     fn an_observer_ends_a_run_for_good() {
-        heard(|session| {
-            assert!(session.goes_on().is_ok());
+        record_events(|session| {
+            assert!(session.check_running().is_ok());
             drop(session.steps(0, "points"));
-            assert!(matches!(session.goes_on(), Err(Error::Stopped)));
-            assert!(session.tell(&Event::LoopEnds).is_err());
+            assert!(matches!(session.check_running(), Err(Error::Stopped)));
+            assert!(session.report(&Event::LoopEnds).is_err());
         });
     }
 

@@ -25,14 +25,14 @@ pub fn load_path(scene: &Scene, reduced: &ReducedModel) -> LoadPath {
 /// program stay as they are. Of a model whose parts are not known the whole load has a multiple.
 fn multiples(point: &PathPoint, reduced: &ReducedModel) -> Vec<f64> {
     if reduced.static_parts.is_empty() {
-        return vec![point.loads.of(0)];
+        return vec![point.loads.multiple(0)];
     }
     let parts = reduced.static_parts.iter();
     let multiple = |part: &StaticPart| match part.cause {
         SteadyCause::Rotation => point
             .speed_rad_s
             .map_or(part.working, |speed| speed * speed),
-        SteadyCause::Load(number) => point.loads.of(number) * part.working,
+        SteadyCause::Load(number) => point.loads.multiple(number) * part.working,
         SteadyCause::Matrices => part.working,
     };
     parts.map(multiple).collect()

@@ -6,7 +6,7 @@ use crate::model::{Body, Strength};
 use crate::results::recovery::NodalField;
 use crate::results::stress::{
     BodyStress, HighestStress, Singular, StressCycle, dynamic_stress, harmonic_stress,
-    highest_stress, of_node, ranked_by_utilisation, singular_nodes,
+    highest_stress, node_stress, ranked_by_utilisation, singular_nodes,
 };
 
 /// Number of places that are ranked.
@@ -51,11 +51,11 @@ pub fn peak_stress(
     let modes_share = largest.and_then(|largest| {
         // Residual vectors stay.
         let upper = stuck_modes.div_ceil(2)..stuck_modes;
-        let lower = bodies.motion_m(&orbit.without_modes(upper))?;
+        let lower = bodies.motion_m(&orbit.omit_modes(upper))?;
         let lower = harmonic_stress(model, &lower);
         let changes = highest.places.iter().map(|place| {
-            let other = of_node(&lower[place.at.body], place.at.node as usize);
-            let other = StressCycle::of(&other).amplitude_pa;
+            let other = node_stress(&lower[place.at.body], place.at.node as usize);
+            let other = StressCycle::new(&other).amplitude_pa;
             (other - place.cycle.amplitude_pa).abs() / largest
         });
         changes.reduce(f64::max)

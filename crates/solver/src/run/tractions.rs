@@ -1,8 +1,8 @@
 //! Range of the response over the tractions from which the vibration may start.
 
 use super::error::Error;
-use super::outcome::{OfTraction, TractionPeak, TractionRange};
-use super::reduced::Reduced;
+use super::outcome::{TractionPeak, TractionRange, TractionResponse};
+use super::reduced::ReducedScene;
 use super::response::{follows, settings};
 use super::session::{Session, Stage};
 use super::statics::newton;
@@ -11,7 +11,7 @@ use crate::description::Scene;
 use crate::dlft::branch::follow;
 use crate::dlft::starting_traction::starting_tractions;
 use crate::dlft::sweep::sweep;
-use crate::dlft::{Response, Told};
+use crate::dlft::{Response, SweepProgress};
 use crate::results::far_slip::ShorterSides;
 use crate::results::quantities::{local_peaks, peak};
 
@@ -20,9 +20,9 @@ use crate::results::quantities::{local_peaks, peak};
 ///
 /// # Errors
 /// [`Error::Stopped`] by the observer.
-pub(super) fn over_tractions(
+pub(super) fn solve_tractions(
     scene: &Scene,
-    reduced: &Reduced,
+    reduced: &ReducedScene,
     damping: Rayleigh,
     frequencies_hz: &[f64],
     response: &Response,
@@ -35,14 +35,14 @@ pub(super) fn over_tractions(
     }
     let stage = session.stage(Stage::StartingTractions);
     let steps = session.steps(count, "tractions");
-    let sides = ShorterSides::of(&reduced.pairs);
+    let sides = ShorterSides::new(&reduced.pairs);
     let spec = &scene.response;
     let settings = settings(spec, frequencies_hz.to_vec(), spec.resolution);
     let is_followed = follows(spec, frequencies_hz);
     let solve = if is_followed { follow } else { sweep };
-    let tell = |told: Told<'_>| {
-        if let Told::Next(stop) = told {
-            session.stops(stop);
+    let tell = |told: SweepProgress<'_>| {
+        if let SweepProgress::Next(stop) = told {
+            session.stop_if_ended(stop);
         }
     };
     let mut others = Vec::new();
@@ -50,23 +50,23 @@ pub(super) fn over_tractions(
     let states = starting_tractions(problem, load_steps, count, newton(scene));
     for (start, mut state) in states {
         sides.judge_static(&mut state);
-        let mut other = OfTraction {
+        let mut other = TractionResponse {
             start,
             outcome: state.outcome,
             peak: None,
             response: None,
         };
         if state.outcome.is_converged() {
-            let mut found = solve(problem, damping, &state, &settings, &[], &tell);
-            session.goes_on()?;
-            sides.judge_response(&mut found);
-            other.peak = peak_of(&found);
-            for orbit in &mut found.orbits {
+            let mut response = solve(problem, damping, &state, &settings, &[], &tell);
+            session.check_running()?;
+            sides.judge_response(&mut response);
+            other.peak = peak_of(&response);
+            for orbit in &mut response.orbits {
                 orbit.lambda = Vec::new();
                 orbit.cycles = Vec::new();
                 orbit.modal = Vec::new();
             }
-            other.response = Some(found);
+            other.response = Some(response);
         }
         others.push(other);
         steps.step();

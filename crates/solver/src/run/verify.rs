@@ -5,16 +5,16 @@ use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 use super::bodies::Source;
 use super::error::Error;
 use super::outcome::{ResponseResult, Run, StaticResult};
-use super::reduced::Reduced;
+use super::reduced::ReducedScene;
 use super::response::{
-    Responses, at_one_speed, frequencies_hz as frequencies_of, without_influence,
+    Responses, check_one_speed, check_without_influence, frequencies_hz as frequencies_of,
 };
 use super::session::{Session, Stage};
 use crate::damping::Rayleigh;
 use crate::description::{Scene, Subject};
 use crate::dlft::branch::stable;
 use crate::dlft::{Orbit, Response};
-use crate::integration::compare::{Comparison, Start, compare};
+use crate::integration::compare::{Comparison, IntegrationStart, compare};
 use crate::integration::steady::{MOST_STEPS_IN_ALL, Until};
 use crate::reduction::StuckModes;
 use crate::results::quantities::peak;
@@ -95,10 +95,10 @@ pub fn verify(
     session: &Session<'_>,
 ) -> Result<Verified, Error> {
     asked.check()?;
-    at_one_speed(scene, "an integration in time needs one speed")?;
-    without_influence(scene, "an integration in time")?;
-    let scene = &with_modes_of_harmonics(scene);
-    let reduced = Reduced::of(scene, source, session)?.with_all_waves(scene, session)?;
+    check_one_speed(scene, "an integration in time needs one speed")?;
+    check_without_influence(scene, "an integration in time")?;
+    let scene = &require_harmonic_modes(scene);
+    let reduced = ReducedScene::new(scene, source, session)?.add_all_waves(scene, session)?;
     let problem = &reduced.problem;
     if problem.laws.is_empty() {
         let why = "the response is linear and in closed form, there is nothing to compare";
@@ -123,9 +123,9 @@ pub fn verify(
         };
         let one = |i: &usize| {
             let start = if asked.from_rest {
-                Start::Rest(&statics.state)
+                IntegrationStart::Rest(&statics.state)
             } else {
-                Start::Orbit {
+                IntegrationStart::Orbit {
                     larger_by: asked.perturbation,
                 }
             };
@@ -149,7 +149,7 @@ pub fn verify(
             .map(one)
             .collect::<Result<Vec<Comparison>, _>>()?
     };
-    session.goes_on()?;
+    session.check_running()?;
     Ok(Verified {
         verdict: judge(&comparisons, asked),
         comparisons,
@@ -164,7 +164,7 @@ pub fn verify(
 
 /// Scene with no fewer modes than the harmonics require, because a motion in time has all
 /// harmonics. A folder keeps the modes that it has.
-fn with_modes_of_harmonics(scene: &Scene) -> Scene {
+fn require_harmonic_modes(scene: &Scene) -> Scene {
     let mut scene = scene.clone();
     let asked = &mut scene.response.stuck_modes;
     let least = StuckModes::OF_HARMONICS;
@@ -182,7 +182,7 @@ fn with_modes_of_harmonics(scene: &Scene) -> Scene {
 /// [`Error::NotConverged`] where a frequency that is asked for has no motion.
 fn orbits(
     scene: &Scene,
-    reduced: &Reduced,
+    reduced: &ReducedScene,
     damping: Rayleigh,
     statics: &StaticResult,
     asked: &Verification,
@@ -214,7 +214,7 @@ fn orbits(
     } else {
         motions_at(&asked_hz, &response)?
     };
-    let found = ResponseResult {
+    let result = ResponseResult {
         response,
         compared: None,
         damping,
@@ -225,7 +225,7 @@ fn orbits(
         tractions: None,
         run_up: None,
     };
-    Ok((found, chosen))
+    Ok((result, chosen))
 }
 
 /// Positions of all motions at these frequencies.
@@ -234,12 +234,12 @@ fn orbits(
 /// [`Error::NotConverged`] where one of them has no motion.
 fn motions_at(asked_hz: &[f64], response: &Response) -> Result<Vec<usize>, Error> {
     let hz = |i: usize| response.orbits[i].frequency_hz;
-    let found: Vec<usize> = (0..response.orbits.len())
+    let indices: Vec<usize> = (0..response.orbits.len())
         .filter(|i| response.orbits[*i].outcome.has_motion() && asked_hz.contains(&hz(*i)))
         .collect();
-    let is_missing = |asked: &&f64| found.iter().all(|i| hz(*i) != **asked);
+    let is_missing = |asked: &&f64| indices.iter().all(|i| hz(*i) != **asked);
     match asked_hz.iter().filter(is_missing).count() {
-        0 => Ok(found),
+        0 => Ok(indices),
         unconverged => Err(Error::NotConverged {
             unconverged,
             inaccurate: 0,
@@ -286,7 +286,7 @@ fn judge(comparisons: &[Comparison], asked: &Verification) -> Result<(), Error> 
     let of_unstable = unstable().filter_map(|from| {
         let ends = stable().filter(|c| c.frequency_hz == from.frequency_hz);
         let nearest = ends
-            .map(|c| c.worst_from(&from.integration))
+            .map(|c| c.largest_difference(&from.integration))
             .reduce(f64::min);
         Some((from.frequency_hz, nearest?))
     });
@@ -340,7 +340,7 @@ mod tests {
                 mission: Vec::new(),
             };
             scene.response.stuck_modes = asked;
-            let found = with_modes_of_harmonics(&scene).response.stuck_modes;
+            let found = require_harmonic_modes(&scene).response.stuck_modes;
             assert_eq!(found, expected, "{asked:?}");
         }
     }

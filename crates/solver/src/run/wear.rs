@@ -5,25 +5,25 @@
 //! end the vibration is solved for again, about the static state of the worn contacts, which follows
 //! from the mean of the vibration before. The rate of wear there differs from the one that the block
 //! ended with. Half of that difference times its cycles is what the depths miss, and what the
-//! pressures leave of it is the error of the block ([`left_of_errors`]). A block whose error is
+//! pressures leave of it is the error of the block ([`remaining_errors`]). A block whose error is
 //! larger than asked for is taken again with fewer cycles.
 //!
 //! Worn depth is clearance: nothing but the laws of the pairs changes, and the reduced model stays.
 
-use super::at::At;
+use super::at::ModelAtValue;
 use super::bodies::Source;
 use super::error::Error;
 use super::outcome::usable;
 use super::peaks::counting;
-use super::reduced::Reduced;
-use super::response::at_one_speed;
+use super::reduced::ReducedScene;
+use super::response::check_one_speed;
 use super::session::{Event, Session, Stage};
 use super::statics::newton as static_newton;
 use super::worn::{WearBlock, WearCourse, seconds_per_cycle};
 use crate::description::{MissionPart, Scene};
 use crate::dlft::branch::Guess;
 use crate::dlft::static_state::{PairsAtRest, static_state_after};
-use crate::dlft::wear::{WearRate, at_rest_after, largest, left_of_errors, wear_block};
+use crate::dlft::wear::{WearRate, largest, remaining_errors, rest_state_after, wear_block};
 use crate::dlft::{CycleStatus, Orbit, StaticState};
 use crate::problem::HarmonicLoad;
 use crate::reduced::Load;
@@ -65,7 +65,7 @@ pub struct WearQuestion<'a> {
 #[non_exhaustive]
 pub struct Wear {
     /// Reduced model, with the clearances of the last state.
-    pub reduced: Reduced,
+    pub reduced: ReducedScene,
     /// Number of the observed displacement whose peaks were followed.
     pub observation: usize,
     /// Parts of the mission, with shares that add up to 1.
@@ -108,13 +108,14 @@ pub fn wear(
     question: &WearQuestion<'_>,
     session: &Session<'_>,
 ) -> Result<Wear, Error> {
-    at_one_speed(scene, "contacts wear at one speed")?;
-    let at = At::of((0.0, scene.clone()), &source, None, session).map_err(|e| match e {
-        Error::AllBonded { .. } => Error::AllBonded {
-            why: "nothing then slides, and nothing wears",
-        },
-        error => error,
-    })?;
+    check_one_speed(scene, "contacts wear at one speed")?;
+    let at =
+        ModelAtValue::new((0.0, scene.clone()), &source, None, session).map_err(|e| match e {
+            Error::AllBonded { .. } => Error::AllBonded {
+                why: "nothing then slides, and nothing wears",
+            },
+            error => error,
+        })?;
     let laws = &at.reduced.problem.laws;
     if laws.iter().all(|law| law.wear_m2_n == 0.0) {
         return Err(Error::NoWear);
@@ -122,7 +123,7 @@ pub fn wear(
     let areas = at.reduced.pairs.rows.iter().map(|pair| pair.area_m2);
     let area_m2: Vec<f64> = areas.collect::<Option<_>>().ok_or(Error::NoAreas)?;
     let observation = at.reduced.observed(question.observation)?;
-    let at_peak = [MissionPart::only(None)];
+    let at_peak = [MissionPart::whole_mission(None)];
     let asked = match question.mission {
         [] => &at_peak[..],
         asked => asked,
@@ -137,7 +138,7 @@ pub fn wear(
     let mut wearing = Wearing {
         unworn_m: laws.iter().map(|law| law.gap_m).collect(),
         excitations: at.reduced.problem.excitations.clone(),
-        sides: ShorterSides::of(&at.reduced.pairs),
+        sides: ShorterSides::new(&at.reduced.pairs),
         mission: mission.collect(),
         area_m2,
         observation,
@@ -151,7 +152,7 @@ pub fn wear(
     let mut blocks = vec![here.block(unworn)];
     let last = question.cycles.last().copied().unwrap_or(0.0);
     let steps = session.steps(PROGRESS, "percent");
-    wearing.tell(&blocks)?;
+    wearing.report_blocks(&blocks)?;
     let (mut told, mut rejected, mut ended) = (0, 0, None);
     let mut next = wearing.first_block(&here.rates).min(last);
     'all: for end in question.cycles {
@@ -168,7 +169,7 @@ pub fn wear(
                 next => (next, false),
             };
             let tried = wearing.block(&here, before, cycles);
-            session.goes_on()?;
+            session.check_running()?;
             match tried {
                 Ok(Some((there, mut block))) if block.error <= question.tolerance => {
                     let grown = growth(question.tolerance, block.error) * cycles;
@@ -180,7 +181,7 @@ pub fn wear(
                     let done = (PROGRESS as f64 * block.cycles / last) as usize;
                     blocks.push(block);
                     here = there;
-                    wearing.tell(&blocks)?;
+                    wearing.report_blocks(&blocks)?;
                     (told..done).for_each(|_| steps.step());
                     told = done.max(told);
                 }
@@ -233,7 +234,7 @@ fn growth(tolerance: f64, error: f64) -> f64 {
 
 /// Model whose contacts wear.
 struct Wearing<'a, 'o> {
-    at: At,
+    at: ModelAtValue,
     /// Clearance of each pair before it has worn, m.
     unworn_m: Vec<f64>,
     /// Excitations of the scene.
@@ -281,7 +282,7 @@ fn compressions_n(lambda: &[f64]) -> impl Iterator<Item = f64> + '_ {
 impl Wearing<'_, '_> {
     /// Opens the clearances by these depths, m.
     fn open(&mut self, depth_m: &[f64]) {
-        let Reduced { problem, pairs, .. } = &mut self.at.reduced;
+        let ReducedScene { problem, pairs, .. } = &mut self.at.reduced;
         let both = problem.laws.iter_mut().zip(&mut pairs.rows);
         for ((law, row), (unworn_m, depth_m)) in both.zip(self.unworn_m.iter().zip(depth_m)) {
             law.gap_m = unworn_m + depth_m;
@@ -333,18 +334,18 @@ impl Wearing<'_, '_> {
                 let mut state = static_state_after(problem, PairsAtRest { x, lambda }, newton);
                 self.sides.judge_static(&mut state);
                 usable(&state, &[])?;
-                self.at.rest_in(state)?;
+                self.at.set_static_state(state)?;
             }
             let near = after.map(|(.., motions)| &motions[number]);
             let (at, session) = (&self.at, self.session);
             let mut orbit = match part.frequency_hz {
                 None => {
-                    let guess = near.map(Guess::of);
+                    let guess = near.map(Guess::from_peak);
                     at.find(guess.as_ref(), self.observation, session, &tell)?
                 }
-                Some(hz) => at.at_frequency(hz, near, session, &tell)?,
+                Some(hz) => at.solve_frequency(hz, near, session, &tell)?,
             };
-            session.goes_on()?;
+            session.check_running()?;
             self.sides.judge_orbit(&mut orbit);
             if !orbit.outcome.has_motion() {
                 return Err(Error::SlidesTooFar { point: None });
@@ -363,7 +364,7 @@ impl Wearing<'_, '_> {
             x: &x,
             lambda: &lambda,
         };
-        let rest = at_rest_after(problem, mean, &slides, newton);
+        let rest = rest_state_after(problem, mean, &slides, newton);
         usable(&rest, &[])?;
         Ok(Vibration {
             rates: self.rates(&motions, &rest, &slides),
@@ -401,11 +402,11 @@ impl Wearing<'_, '_> {
     /// Cycles of the first block: those in which no pair loses more of its pressure than the
     /// accuracy asked for, if the other pairs kept theirs.
     fn first_block(&self, rates: &[WearRate]) -> f64 {
-        let own = self.at.reduced.model().diagonal_stiffness();
+        let diagonal = self.at.reduced.model().diagonal_stiffness();
         let largest_n = rates.iter().map(|rate| rate.at_rest_n).fold(0.0, f64::max);
-        let pairs = rates.iter().zip(own.iter().step_by(3));
+        let pairs = rates.iter().zip(diagonal.iter().step_by(3));
         let pressed = pairs.filter(|(rate, _)| rate.at_rest_n >= PRESSED * largest_n);
-        let cycles = pressed.map(|(rate, own)| rate.at_rest_n / (own * rate.depth_m));
+        let cycles = pressed.map(|(rate, diagonal)| rate.at_rest_n / (diagonal * rate.depth_m));
         self.tolerance * cycles.filter(|c| *c > 0.0).fold(f64::INFINITY, f64::min)
     }
 
@@ -435,11 +436,11 @@ impl Wearing<'_, '_> {
             .zip(&there.rates)
             .zip(compressions_n(&worn.lambda));
         let missed = |((from, to), at_rest_n): ((&WearRate, &WearRate), f64)| {
-            0.5 * cycles * (to.depth_m - from.with_m(at_rest_n))
+            0.5 * cycles * (to.depth_m - from.cycle_depth_m(at_rest_n))
         };
         let missed_m: Vec<f64> = ends.map(missed).collect();
-        let (problem, end) = (&mut self.at.reduced.problem, worn.at_rest());
-        let left_m = left_of_errors(problem, end, &here.rates, cycles, &missed_m, newton);
+        let (problem, end) = (&mut self.at.reduced.problem, worn.rest_state());
+        let left_m = remaining_errors(problem, end, &here.rates, cycles, &missed_m, newton);
         let left_m = left_m
             .unwrap_or(missed_m)
             .into_iter()
@@ -462,8 +463,8 @@ impl Wearing<'_, '_> {
     }
 
     /// Tells of the last of these states.
-    fn tell(&self, blocks: &[WearBlock]) -> Result<(), Error> {
-        self.session.tell(&Event::Worn(WearCourse {
+    fn report_blocks(&self, blocks: &[WearBlock]) -> Result<(), Error> {
+        self.session.report(&Event::Worn(WearCourse {
             reduced: &self.at.reduced,
             observation: self.observation,
             mission: &self.mission,

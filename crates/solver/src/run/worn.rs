@@ -1,6 +1,6 @@
 //! State of worn contacts over the number of cycles, as `run/wear.rs` finds it.
 
-use super::reduced::Reduced;
+use super::reduced::ReducedScene;
 use crate::description::MissionPart;
 use crate::dlft::Orbit;
 use crate::dlft::wear::largest;
@@ -33,7 +33,7 @@ pub struct WearBlock {
 #[non_exhaustive]
 pub struct WearCourse<'a> {
     /// Reduced model.
-    pub reduced: &'a Reduced,
+    pub reduced: &'a ReducedScene,
     /// Number of the observed displacement whose peaks are followed.
     pub observation: usize,
     /// Parts of the mission, with shares that add up to 1.
@@ -54,12 +54,12 @@ impl WearBlock {
 impl WearCourse<'_> {
     /// Worn volume of a state, m3.
     pub fn volume_m3(&self, block: &WearBlock) -> f64 {
-        self.over_area(&block.depth_m)
+        self.area_mean(&block.depth_m)
     }
 
     /// Volume that is worn in a cycle of a state, m3.
     pub fn volume_rate_m3(&self, block: &WearBlock) -> f64 {
-        self.over_area(&block.rate_m)
+        self.area_mean(&block.rate_m)
     }
 
     /// Mean depth of a state over the area of the pairs that can wear, m.
@@ -77,7 +77,7 @@ impl WearCourse<'_> {
         energy_j.sum::<f64>() / seconds_per_cycle(self.mission, &block.motions)
     }
 
-    fn over_area(&self, of_pairs: &[f64]) -> f64 {
+    fn area_mean(&self, of_pairs: &[f64]) -> f64 {
         let both = of_pairs.iter().zip(self.area_m2);
         both.map(|(value, area)| value * area).sum()
     }

@@ -96,7 +96,7 @@ fn renumbered(mesh: &Mesh) -> Mesh {
         group.nodes.sort_unstable();
     }
     let turned = |f: usize| {
-        let mut n = mesh.facets.of(f).to_vec();
+        let mut n = mesh.facets.element_nodes(f).to_vec();
         n.swap(1, 2);
         if n.len() == 6 {
             n.swap(3, 5);
@@ -105,7 +105,7 @@ fn renumbered(mesh: &Mesh) -> Mesh {
     };
     let mut elements = Connectivity::default();
     for &e in &tets {
-        let nodes = mesh.elements.of(e).iter();
+        let nodes = mesh.elements.element_nodes(e).iter();
         elements.push(
             mesh.elements.tags()[e],
             nodes.map(|&n| new_node[n as usize]),
@@ -433,7 +433,7 @@ fn bonded_nodes_come_after_the_pairs_in_both_bodies() {
 }
 
 /// Mesh with the nodes of each surface as a set of nodes, as in decks.
-fn with_sets_of_nodes(mesh: &Mesh) -> Mesh {
+fn add_node_sets(mesh: &Mesh) -> Mesh {
     let mut mesh = mesh.clone();
     for name in ["upper_bottom", "lower_top"] {
         let group = mesh.groups.get_mut(name).unwrap();
@@ -448,7 +448,7 @@ fn a_set_of_nodes_serves_as_a_surface_where_all_nodes_of_a_face_are_in_it() {
         let mesh = ready(name);
         let (plain, sets) = (
             bind(&blocks_assembly(), &mesh, None).unwrap(),
-            bind(&blocks_assembly(), &with_sets_of_nodes(&mesh), None).unwrap(),
+            bind(&blocks_assembly(), &add_node_sets(&mesh), None).unwrap(),
         );
         assert_eq!(plain.pairs.len(), sets.pairs.len());
         for (p, q) in plain.pairs.iter().zip(&sets.pairs) {
@@ -469,7 +469,7 @@ fn a_set_of_nodes_serves_as_a_surface_where_all_nodes_of_a_face_are_in_it() {
 #[test]
 fn a_set_that_has_no_whole_face_is_named_with_what_it_lacks() {
     // The corners of the faces alone, in a quadratic mesh: no face has its middles.
-    let mut mesh = with_sets_of_nodes(&ready("blocks_order2.msh"));
+    let mut mesh = add_node_sets(&ready("blocks_order2.msh"));
     let linear = ready("blocks_order1.msh");
     let corners = &linear.groups["upper_bottom"].nodes;
     let places: Vec<[f64; 3]> = corners

@@ -128,7 +128,7 @@ fn bodies_of_files_of_their_own_are_put_in_place() {
         angle_rad: std::f64::consts::FRAC_PI_2,
         ..STAY
     };
-    assert_vector(quarter.of([1.0, 2.0, 0.0]), [0.0, 2.0, -1.0], 1e-15);
+    assert_vector(quarter.apply([1.0, 2.0, 0.0]), [0.0, 2.0, -1.0], 1e-15);
 }
 
 #[test]

@@ -9,9 +9,9 @@ use dovetail_solver::dlft::settings::{EpsChoice, Resolution};
 use dovetail_solver::dlft::static_state::static_state;
 use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
 use dovetail_solver::dlft::{CycleStatus, Outcome, PairCycle, PairStatus, Response, StaticState};
-use dovetail_solver::integration::compare::on_orbit;
+use dovetail_solver::integration::compare::orbit_state;
 use dovetail_solver::integration::steady::{Until, integrate};
-use dovetail_solver::integration::step::{State, Stepper};
+use dovetail_solver::integration::step::{MotionState, Stepper};
 
 use dovetail_solver::damping::Rayleigh;
 use dovetail_solver::model::{Assembly, Material, Model, Prestress, RotationSpec, SpringSpec};
@@ -62,7 +62,7 @@ fn compression_n(gap_m: f64) -> f64 {
     PRESS_N - NORMAL_STIFFNESS_N_M * gap_m
 }
 
-const DAMPING: Rayleigh = Rayleigh::of_stiffness(0.1);
+const DAMPING: Rayleigh = Rayleigh::stiffness_proportional(0.1);
 
 /// A mass on a spring, pressed over a clearance against a floor and excited across it, too weakly
 /// to leave it.
@@ -71,7 +71,7 @@ fn one_pair(gap_m: f64) -> Problem {
     Problem {
         reduced: ReducedModel {
             static_load: load(-PRESS_N),
-            ..ReducedModel::of_pairs(
+            ..ReducedModel::from_pair_matrices(
                 diagonal([NORMAL_STIFFNESS_N_M, 1.0, 1.0]),
                 Mat::identity(3, 3),
             )
@@ -116,7 +116,7 @@ fn integrated_in_time_a_pair_closes_and_stays_closed() {
     for gap_m in GAPS_M {
         let model = one_pair(gap_m);
         let mut stepper = Stepper::new(&model, DAMPING, 0.1, 200).unwrap();
-        let mut state = State::at_rest(&model, &[0.0; 3], &[0.0; 3]);
+        let mut state = MotionState::resting(&model, &[0.0; 3], &[0.0; 3]);
         let until = Until::new(4, 0.0);
         let settled = integrate(&mut stepper, &mut state, until).unwrap();
         assert_near(state.x[0], -gap_m);
@@ -269,7 +269,7 @@ fn flanks_apart_and_pressed_together_move_as_flanks_that_touch() {
     let orbit = &a.orbits[1];
     let states = [&touching, &apart_model].map(|model| {
         let mut stepper = Stepper::new(model, damping, orbit.frequency_hz, 64).unwrap();
-        let mut state = on_orbit(model, orbit);
+        let mut state = orbit_state(model, orbit);
         if model.laws[0].gap_m > 0.0 {
             let places = state.x.iter_mut().zip(&shift_m);
             places.for_each(|(x, shift)| *x -= shift);
@@ -362,7 +362,7 @@ fn whole(element: ElementType, cells: [usize; 3], radii_m: [f64; 2]) -> Mesh {
 }
 
 /// Young's modulus and Poisson's ratio that replace those of plane stress in plane strain.
-fn in_plane_strain(material: Material) -> (f64, f64) {
+fn plane_strain_constants(material: Material) -> (f64, f64) {
     let Material {
         young_pa, poisson, ..
     } = material;
@@ -385,7 +385,7 @@ const SHAFT: Material = Material {
 
 /// Static state of quarters of a hub and of the shaft in it, apart by `gap_m`, rotating about their
 /// axis.
-fn of_quarters(
+fn quarters_state(
     [upper, lower]: [ElementType; 2],
     around: [usize; 2],
     materials: [Material; 2],
@@ -429,8 +429,8 @@ fn rotating(materials: [Material; 2], gap_m: f64, speed_rad_s: f64) -> Assembly 
     assembly
 }
 
-/// As [`of_quarters`], of whole rings, which soft springs hold in the plane.
-fn of_rings(gap_m: f64, speed_rad_s: f64) -> StaticState {
+/// As [`quarters_state`], of whole rings, which soft springs hold in the plane.
+fn rings_state(gap_m: f64, speed_rad_s: f64) -> StaticState {
     let [inner, fit, outer] = RADII_M;
     let mesh = two_blocks(
         &whole(ElementType::HEX20, [24, 1, 3], [fit, outer]),
@@ -455,7 +455,7 @@ fn of_rings(gap_m: f64, speed_rad_s: f64) -> StaticState {
 /// Outward displacement of an edge of a rotating ring in plane strain, m; the other edge has the
 /// radius `other_m`.
 fn growth_m(material: Material, edge_m: f64, other_m: f64, speed_rad_s: f64) -> f64 {
-    let (young_pa, poisson) = in_plane_strain(material);
+    let (young_pa, poisson) = plane_strain_constants(material);
     let of_radii = (1.0 - poisson) * edge_m.powi(2) + (3.0 + poisson) * other_m.powi(2);
     material.density_kg_m3 * speed_rad_s.powi(2) * edge_m * of_radii / (4.0 * young_pa)
 }
@@ -467,9 +467,9 @@ fn a_press_fit_that_rotation_opens_is_a_static_state() {
     let [inner, fit, outer] = RADII_M;
     let (gap_m, speed_rad_s) = (-10e-6, 3000.0);
     let elements = [ElementType::HEX20; 2];
-    let (_, quarters) = of_quarters(elements, [12, 12], [HUB, SHAFT], gap_m, speed_rad_s);
+    let (_, quarters) = quarters_state(elements, [12, 12], [HUB, SHAFT], gap_m, speed_rad_s);
     let grown_m = growth_m(HUB, fit, outer, speed_rad_s) - growth_m(SHAFT, fit, inner, speed_rad_s);
-    for state in [quarters, of_rings(gap_m, speed_rad_s)] {
+    for state in [quarters, rings_state(gap_m, speed_rad_s)] {
         assert!(state.all_open());
         assert!(state.lambda.iter().all(|force| *force == 0.0));
         for x in state.x.iter().step_by(3) {
@@ -485,7 +485,7 @@ fn a_press_fit_that_rotation_opens_is_a_static_state() {
 fn a_quarter_of_a_press_fit_bears_the_pressure_of_lame() {
     let [inner, fit, outer] = RADII_M;
     let interference_m = 10e-6;
-    let [(hub_e, hub_nu), (shaft_e, shaft_nu)] = [HUB, SHAFT].map(in_plane_strain);
+    let [(hub_e, hub_nu), (shaft_e, shaft_nu)] = [HUB, SHAFT].map(plane_strain_constants);
     let ratio = |a: f64, b: f64| (b * b + a * a) / (b * b - a * a);
     let gives =
         fit * ((ratio(fit, outer) + hub_nu) / hub_e + (ratio(inner, fit) - shaft_nu) / shaft_e);
@@ -496,7 +496,7 @@ fn a_quarter_of_a_press_fit_bears_the_pressure_of_lame() {
         (ElementType::HEX8, ElementType::HEX8, [24, 24]),
     ] {
         let (model, state) =
-            of_quarters([upper, lower], around, [HUB, SHAFT], -interference_m, 0.0);
+            quarters_state([upper, lower], around, [HUB, SHAFT], -interference_m, 0.0);
         println!("{upper:?} {lower:?}");
         assert_pressure(&model, &state, expected, 0.03);
         // The resultant p r l over a quarter presses one half of the hub from the other.

@@ -15,7 +15,7 @@ const SIZE: [f64; 3] = [20e-3, 12e-3, 8e-3];
 const QUADRATIC: [ElementType; 3] = [ElementType::TET10, ElementType::WEDGE15, ElementType::HEX20];
 
 /// One body that floats above rigid ground, which these surfaces lie on.
-fn on_ground(flanks: &[&str]) -> Assembly {
+fn grounded_body(flanks: &[&str]) -> Assembly {
     let contacts = flanks.iter().map(|flank| {
         let mut ground = contact(flank, flank, "");
         ground.second = None;
@@ -59,7 +59,7 @@ fn bent(element: ElementType) -> Mesh {
 #[test]
 fn a_turn_of_a_body_with_a_cylindrical_flank_costs_no_force() {
     for element in QUADRATIC {
-        let model = bind(&on_ground(&["z_min"]), &bent(element), None).unwrap();
+        let model = bind(&grounded_body(&["z_min"]), &bent(element), None).unwrap();
         for axis in [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.3, -0.5, 0.8]] {
             let (forces, largest) = forces_n(&model, |at| cross(axis, at));
             let worst = forces.iter().fold(0.0f64, |m, f| m.max(f.abs()));
@@ -103,7 +103,7 @@ fn a_uniform_pressure_on_a_plane_flank_with_curved_edges_stays_uniform() {
             let winds = 0.1 * inside * if z == 0.0 { at_middles + 3.0 } else { 3.0 };
             [SIZE[0] * (u + winds), SIZE[1] * (v - winds), z]
         });
-        let model = bind(&on_ground(&["z_min", "z_max"]), &mesh, None).unwrap();
+        let model = bind(&grounded_body(&["z_min", "z_max"]), &mesh, None).unwrap();
         assert!(
             model.straightened[0].largest_share > 0.01,
             "{:?}",
@@ -142,20 +142,20 @@ fn elements_that_fold_when_an_edge_is_made_straight_are_an_error() {
         let (sine, cosine) = (PI * x).sin_cos();
         [(10e-3 + z) * sine, y, (10e-3 + z) * cosine]
     });
-    let error = bind(&on_ground(&["z_max"]), &mesh, None).unwrap_err();
+    let error = bind(&grounded_body(&["z_max"]), &mesh, None).unwrap_err();
     assert!(
         matches!(error, ModelError::FoldedAtFlank { count: 2, largest_m, .. } if (2.9e-3..3.2e-3).contains(&largest_m)),
         "{error}"
     );
     // Straight chords of the inner circle leave more room.
-    assert!(bind(&on_ground(&["z_min"]), &mesh, None).is_ok());
+    assert!(bind(&grounded_body(&["z_min"]), &mesh, None).is_ok());
 }
 
 /// Nodes of straight flanks stay where they are to the bit.
 #[test]
 fn straight_flanks_are_left_alone() {
     let mesh = block(ElementType::HEX20, [3, 2, 2], SIZE);
-    let model = bind(&on_ground(&["z_min"]), &mesh, None).unwrap();
+    let model = bind(&grounded_body(&["z_min"]), &mesh, None).unwrap();
     assert!(model.straightened.is_empty());
     for (own, node) in model.bodies[0]
         .nodes_m

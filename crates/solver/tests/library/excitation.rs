@@ -96,7 +96,7 @@ fn the_mass_of_the_base_nodes_loads_the_elements_that_hang_on_them() {
 
 // --------------------------------------------------------------------------------- on surfaces
 
-fn on_top(load: LoadKind) -> ExcitationKind {
+fn top_load(load: LoadKind) -> ExcitationKind {
     ExcitationKind::Load(LoadSpec {
         on: "top".to_owned(),
         load,
@@ -120,7 +120,10 @@ fn blocks() -> (Assembly, Mesh, Vec<[f64; 3]>) {
     (blocks_assembly(), both, grid.map(place).collect())
 }
 
-fn of_points(points_m: &[[f64; 3]], pressure_pa: impl Fn([f64; 3]) -> [f64; 2]) -> ExcitationKind {
+fn point_pressures(
+    points_m: &[[f64; 3]],
+    pressure_pa: impl Fn([f64; 3]) -> [f64; 2],
+) -> ExcitationKind {
     ExcitationKind::Field {
         on: "top".to_owned(),
         field: FieldSource::Points(SurfaceField {
@@ -154,11 +157,15 @@ fn assert_same_on_x(a: &[f64], b: &[f64]) {
 #[test]
 fn a_complex_field_is_two_pressures_a_quarter_of_a_period_apart() {
     let (assembly, mesh, points) = blocks();
-    let pressure = on_top(LoadKind::Pressure { pressure_pa: 1.0 });
+    let pressure = top_load(LoadKind::Pressure { pressure_pa: 1.0 });
     let field = loads(
         assembly.clone(),
         &mesh,
-        vec![shaken_by(of_points(&points, |_| [300.0, -200.0]), 2.0, 0.0)],
+        vec![shaken_by(
+            point_pressures(&points, |_| [300.0, -200.0]),
+            2.0,
+            0.0,
+        )],
     );
     let two = vec![
         shaken_by(pressure.clone(), 600.0, 0.0),
@@ -177,7 +184,7 @@ fn a_complex_field_is_two_pressures_a_quarter_of_a_period_apart() {
 #[test]
 fn a_phase_turns_all_of_a_field() {
     let (assembly, mesh, points) = blocks();
-    let kind = of_points(&points, |x| [300.0 + 1e4 * x[0], 2e4 * x[1]]);
+    let kind = point_pressures(&points, |x| [300.0 + 1e4 * x[0], 2e4 * x[1]]);
     let [c, s] = loads(
         assembly.clone(),
         &mesh,
@@ -197,7 +204,7 @@ fn a_force_a_traction_and_a_pressure_on_a_plane_are_one() {
         loads(
             assembly.clone(),
             &mesh,
-            vec![shaken_by(on_top(load), amplitude, 0.0)],
+            vec![shaken_by(top_load(load), amplitude, 0.0)],
         )
     };
     let down = [0.0, 0.0, -1.0];
@@ -217,7 +224,7 @@ fn what_a_support_takes_whole_is_refused_and_the_rest_is_not() {
     let (mut assembly, mesh, points) = blocks();
     assembly.bodies[0].fixed_along[1] = vec!["top".into()];
     let traction = |direction| {
-        on_top(LoadKind::Traction {
+        top_load(LoadKind::Traction {
             vector_pa: direction,
         })
     };
@@ -230,7 +237,7 @@ fn what_a_support_takes_whole_is_refused_and_the_rest_is_not() {
     assert!(matches!(error, ModelError::NodesHeld { .. }), "{error}");
     assert!(error.to_string().starts_with("excitation 1: each of the"));
     assert!(bound(traction([0.6, 0.8, 0.0])).is_ok());
-    assert!(bound(on_top(LoadKind::Pressure { pressure_pa: 1.0 })).is_ok());
+    assert!(bound(top_load(LoadKind::Pressure { pressure_pa: 1.0 })).is_ok());
     let on = |on: &str| ExcitationKind::force(on, [0.0, 0.0, 1.0]);
     assert!(matches!(
         bound(on("base")).unwrap_err(),
@@ -241,7 +248,7 @@ fn what_a_support_takes_whole_is_refused_and_the_rest_is_not() {
     has(&volume.to_string(), words);
     // Points in millimetres.
     let far: Vec<[f64; 3]> = points.iter().map(|x| x.map(|c| 1e3 * c)).collect();
-    let error = bound(of_points(&far, |_| [1.0, 0.0])).unwrap_err();
+    let error = bound(point_pressures(&far, |_| [1.0, 0.0])).unwrap_err();
     has(&error.to_string(), "in metres & surface `top`");
     let missing = ExcitationKind::Field {
         on: "top".to_owned(),

@@ -9,7 +9,7 @@ fn bound(assembly: &Assembly) -> Result<Model, ModelError> {
 }
 
 /// Blocks whose contact has coefficients at points.
-fn with_points(points: &[([f64; 3], f64)]) -> Assembly {
+fn blocks_with_points(points: &[([f64; 3], f64)]) -> Assembly {
     let mut assembly = blocks_assembly();
     let field = SurfaceField {
         points_m: points.iter().map(|(at, _)| *at).collect(),
@@ -26,7 +26,7 @@ fn one_coefficient_at_all_points_is_that_of_the_contact() {
     plain.contacts[0].pair_law.friction = 0.3;
     let plain = bound(&plain).unwrap();
     let at = plain.pairs[0].position_m;
-    let model = bound(&with_points(&[(at, 0.3)])).unwrap();
+    let model = bound(&blocks_with_points(&[(at, 0.3)])).unwrap();
     let laws = |model: &Model| model.pairs.iter().map(|pair| pair.law).collect::<Vec<_>>();
     assert_eq!(laws(&model), laws(&plain));
     let [map] = &model.friction_maps[..] else {
@@ -50,7 +50,7 @@ fn each_pair_has_the_coefficient_of_the_nearest_point() {
     let mut moved = points.clone();
     moved.reverse();
     moved.iter_mut().for_each(|(at, _)| at[2] += 1e-6);
-    let model = bound(&with_points(&moved)).unwrap();
+    let model = bound(&blocks_with_points(&moved)).unwrap();
     for (pair, (_, friction)) in model.pairs.iter().zip(&points) {
         assert_eq!(pair.law.friction, *friction);
     }
@@ -70,11 +70,13 @@ fn points_elsewhere_and_fields_of_another_kind_are_refused() {
     let plain = bound(&blocks_assembly()).unwrap();
     // In millimetres.
     let far = plain.pairs[0].position_m.map(|x| 1e3 * x + 1.0);
-    let error = bound(&with_points(&[(far, 0.3)])).unwrap_err().to_string();
+    let error = bound(&blocks_with_points(&[(far, 0.3)]))
+        .unwrap_err()
+        .to_string();
     for words in ["contact `c`", "nearest point", "metres"] {
         assert!(error.contains(words), "{error}");
     }
-    let mut assembly = with_points(&[(far, 0.3)]);
+    let mut assembly = blocks_with_points(&[(far, 0.3)]);
     let friction = assembly.contacts[0].friction_at.take().unwrap();
     let mut wrong = assembly.clone();
     let pressures = FieldValues::Pressures {

@@ -18,8 +18,8 @@ use dovetail_solver::fem::mass_properties::mass_properties;
 use dovetail_solver::fem::{assemble, assemble_body, given, statics};
 use dovetail_solver::model::gather::gather;
 use dovetail_solver::model::{
-    Assembly, BodyMesh, BodySpec, ExcitationKind, GivenMatrices, LoadKind, LoadSpec, Matrices,
-    MatricesError, MatrixSource, Model, ModelError, Row, SpringSpec, bind,
+    Assembly, BodyMesh, BodySpec, ExcitationKind, GivenMatrices, LoadKind, LoadSpec, MatricesError,
+    MatrixOrigin, MatrixSource, Model, ModelError, Row, SpringSpec, bind,
 };
 use dovetail_solver::reduction::{
     analyse, reduce, reduce_analysed, stuck_displacement, stuck_shapes,
@@ -95,7 +95,7 @@ fn assert_same(found: &BodyMatrices, expected: &BodyMatrices, inside: usize) {
     assert_eq!(found.interior_nodes, inside);
 }
 
-fn of(assembly: &Assembly, mesh: &Mesh) -> (Model, Structure) {
+fn bind_and_assemble(assembly: &Assembly, mesh: &Mesh) -> (Model, Structure) {
     let model = bind(assembly, mesh, None).unwrap();
     let structure = assemble(&model).unwrap();
     (model, structure)
@@ -108,7 +108,7 @@ fn both_given(plain: &Assembly, mesh: &Mesh) -> Assembly {
     }
 }
 
-fn at_rest() -> Assembly {
+fn resting_assembly() -> Assembly {
     Assembly {
         rotation: None,
         ..blocks_assembly()
@@ -118,7 +118,7 @@ fn at_rest() -> Assembly {
 /// The rows of the lower body lack its support, and mid-edge nodes of the flanks are tied.
 #[test]
 fn matrices_of_the_elements_give_the_structure_of_the_elements() {
-    let mut plain = at_rest();
+    let mut plain = resting_assembly();
     let spring = |name: &str, first: &str, second: Option<&str>| SpringSpec {
         name: name.into(),
         first: first.into(),
@@ -136,8 +136,8 @@ fn matrices_of_the_elements_give_the_structure_of_the_elements() {
     };
     for name in ["blocks_order1.msh", "blocks_order2.msh"] {
         let mesh = ready(name);
-        let (model, expected) = of(&plain, &mesh);
-        let (given_model, found) = of(&both_given(&plain, &mesh), &mesh);
+        let (model, expected) = bind_and_assemble(&plain, &mesh);
+        let (given_model, found) = bind_and_assemble(&both_given(&plain, &mesh), &mesh);
         assert_eq!(given_model.pairs, model.pairs);
         for (found, expected) in found.bodies.iter().zip(&expected.bodies) {
             assert_same(found, expected, expected.interior_nodes);
@@ -156,8 +156,8 @@ fn matrices_of_the_elements_give_the_structure_of_the_elements() {
 #[test]
 fn mass_centre_and_free_motions_are_those_of_the_body() {
     let mesh = ready("blocks_order2.msh");
-    let plain = bind(&at_rest(), &mesh, None).unwrap();
-    let model = bind(&both_given(&at_rest(), &mesh), &mesh, None).unwrap();
+    let plain = bind(&resting_assembly(), &mesh, None).unwrap();
+    let model = bind(&both_given(&resting_assembly(), &mesh), &mesh, None).unwrap();
     let expected = mass_properties(&plain.bodies[0], None).unwrap();
     let found = mass_properties(&model.bodies[0], None).unwrap();
     assert!((found.mass_kg / expected.mass_kg - 1.0).abs() < 1e-12);
@@ -166,8 +166,8 @@ fn mass_centre_and_free_motions_are_those_of_the_body() {
     }
     assert_eq!(found.volume_m3, None);
     let free = model.bodies.iter().map(|body| match &body.matrices {
-        Matrices::Given(placed) => given::free_rigid_motions(body, placed).count,
-        Matrices::Elements(_) => panic!("{} has elements", body.name),
+        MatrixOrigin::Given(placed) => given::free_rigid_motions(body, placed).count,
+        MatrixOrigin::Elements(_) => panic!("{} has elements", body.name),
     });
     assert_eq!(free.collect::<Vec<_>>(), [6, 0], "the lower body is held");
 }
@@ -176,12 +176,12 @@ fn mass_centre_and_free_motions_are_those_of_the_body() {
 fn a_load_on_the_rows_acts_where_a_load_of_the_scene_does() {
     let mesh = ready("blocks_order2.msh");
     let force_n = [3.0, -2.0, 0.5];
-    let mut plain = at_rest();
+    let mut plain = resting_assembly();
     plain.loads = vec![LoadSpec {
         on: "corner".into(),
         load: LoadKind::Force { vector_n: force_n },
     }];
-    let (_, expected) = of(&plain, &mesh);
+    let (_, expected) = bind_and_assemble(&plain, &mesh);
     let corner = mesh.node_tags[mesh.groups["corner"].nodes[0] as usize];
     let (stiffness, mass, rows) = alone(&plain.bodies[0], &mesh);
     let load_n = rows.iter().map(|row| match row {
@@ -189,11 +189,11 @@ fn a_load_on_the_rows_acts_where_a_load_of_the_scene_does() {
         _ => 0.0,
     });
     let load_n: Vec<f64> = load_n.collect();
-    let mut with = at_rest();
+    let mut with = resting_assembly();
     let given = GivenMatrices::new(stiffness, mass, rows, SI).unwrap();
     let given = given.with_load(load_n).unwrap();
     with.bodies[0].matrices = MatrixSource::Given(Arc::new(given));
-    let (_, found) = of(&with, &mesh);
+    let (_, found) = bind_and_assemble(&with, &mesh);
     assert!(expected.bodies[0].load_n.iter().any(|f| *f != 0.0));
     assert_eq!(found.bodies[0].load_n, expected.bodies[0].load_n);
 }
@@ -202,8 +202,8 @@ fn a_load_on_the_rows_acts_where_a_load_of_the_scene_does() {
 #[test]
 fn the_inside_of_a_body_may_be_generalised_coordinates() {
     let mesh = ready("blocks_order1.msh");
-    let plain = at_rest();
-    let (model, structure) = of(&plain, &mesh);
+    let plain = resting_assembly();
+    let (model, structure) = bind_and_assemble(&plain, &mesh);
     let expected = reduce(&structure, FEW_MODES).unwrap().model;
     let mut with = plain.clone();
     for (spec, body) in with.bodies.iter_mut().zip(&model.bodies) {
@@ -234,7 +234,7 @@ fn the_inside_of_a_body_may_be_generalised_coordinates() {
         let given = GivenMatrices::new(mixed(&stiffness), mixed(&mass), rows, SI).unwrap();
         spec.matrices = MatrixSource::Given(Arc::new(given));
     }
-    let (_, structure) = of(&with, &mesh);
+    let (_, structure) = bind_and_assemble(&with, &mesh);
     let found = reduce(&structure, FEW_MODES).unwrap().model;
     for (found, expected) in found.omega2.iter().zip(&expected.omega2) {
         assert!((found / expected - 1.0).abs() < 1e-8, "{found} {expected}");
@@ -248,8 +248,8 @@ fn the_inside_of_a_body_may_be_generalised_coordinates() {
 #[test]
 fn superelements_of_nodes_and_modes_have_the_answers_of_their_bodies() {
     let mesh = ready("blocks_order1.msh");
-    let plain = at_rest();
-    let (model, structure) = of(&plain, &mesh);
+    let plain = resting_assembly();
+    let (model, structure) = bind_and_assemble(&plain, &mesh);
     let expected = reduce(&structure, FEW_MODES).unwrap().model;
     let mut with = plain.clone();
     for (spec, body) in with.bodies.iter_mut().zip(&model.bodies) {
@@ -302,7 +302,7 @@ fn superelements_of_nodes_and_modes_have_the_answers_of_their_bodies() {
         let (k, m) = (entries(&k, &is_entry), entries(&m, &is_mass));
         spec.matrices = MatrixSource::Given(Arc::new(GivenMatrices::new(k, m, rows, SI).unwrap()));
     }
-    let (_, structure) = of(&with, &mesh);
+    let (_, structure) = bind_and_assemble(&with, &mesh);
     let analysis = analyse(&structure.bodies, &structure.joints);
     let (found_omega2, _) = stuck_shapes(&structure, 10, analysis.as_ref()).unwrap();
     let [still, analysed] =
@@ -343,7 +343,7 @@ fn surfaces_of(mesh: &Mesh) -> Mesh {
     for (name, upwards) in [("upper_bottom", false), ("lower_top", true)] {
         let group = surfaces.groups.get_mut(name).unwrap();
         for f in &mut group.elements {
-            let mut nodes = mesh.facets.of(*f as usize).to_vec();
+            let mut nodes = mesh.facets.element_nodes(*f as usize).to_vec();
             let [a, b, c] = [0, 1, 2].map(|k| mesh.nodes_m[nodes[k] as usize]);
             let [p, q] = [b, c].map(|x| [x[0] - a[0], x[1] - a[1]]);
             if (p[0] * q[1] - p[1] * q[0] > 0.0) != upwards {
@@ -369,12 +369,12 @@ fn surfaces_of(mesh: &Mesh) -> Mesh {
 #[test]
 fn surfaces_are_enough_for_a_body_with_matrices() {
     let mesh = ready("blocks_order1.msh");
-    let (plain, surfaces) = (at_rest(), surfaces_of(&mesh));
-    let (model, structure) = of(&plain, &mesh);
+    let (plain, surfaces) = (resting_assembly(), surfaces_of(&mesh));
+    let (model, structure) = bind_and_assemble(&plain, &mesh);
     let expected = reduce(&structure, FEW_MODES).unwrap().model;
     let mut with = both_given(&plain, &mesh);
     with.bodies[1].fixed.clear();
-    let (found_model, structure) = of(&with, &surfaces);
+    let (found_model, structure) = bind_and_assemble(&with, &surfaces);
     let found = reduce(&structure, FEW_MODES).unwrap().model;
     let from_least = |model: &Model| -> Vec<Vec<u32>> {
         let turned = |facet: &Vec<u32>| {
@@ -400,7 +400,7 @@ fn surfaces_are_enough_for_a_body_with_matrices() {
         group.dimension = 0;
         group.elements.clear();
     }
-    assert_eq!(of(&with, &sets).0.pairs, found_model.pairs);
+    assert_eq!(bind_and_assemble(&with, &sets).0.pairs, found_model.pairs);
 
     let refused = |assembly: &Assembly, mesh: &Mesh, words: &str| {
         let error = bind(assembly, mesh, None).unwrap_err().to_string();
@@ -470,8 +470,8 @@ fn matrices_of_a_turned_body_are_turned_with_it() {
     }
     let mut read = |_: &std::path::Path, _| Ok::<_, ModelError>(mesh.clone());
     let whole = gather(&plain, None, &mut read).unwrap();
-    let (_, expected) = of(&plain, &whole);
-    let (_, found) = of(&with, &whole);
+    let (_, expected) = bind_and_assemble(&plain, &whole);
+    let (_, found) = bind_and_assemble(&with, &whole);
     for (found, expected) in found.bodies.iter().zip(&expected.bodies) {
         assert_same(found, expected, expected.interior_nodes);
     }
@@ -528,7 +528,7 @@ fn matrices_that_are_not_those_of_a_body_are_refused() {
 #[test]
 fn matrices_that_do_not_belong_to_the_mesh_are_refused() {
     let mesh = ready("blocks_order1.msh");
-    let plain = at_rest();
+    let plain = resting_assembly();
     let refused = |assembly: &Assembly, mesh: &Mesh, words: &str| {
         let error = bind(assembly, mesh, None).unwrap_err().to_string();
         has(&error, words);

@@ -1,7 +1,7 @@
 //! Bodies of which some unknowns have no mass, against their full matrices. Loads and observed points may
 //! be where no mass is.
 
-use dovetail_solver::reduced::{Quantity, ReducedModel};
+use dovetail_solver::reduced::{ObservedQuantity, ReducedModel};
 use dovetail_solver::reduction::{Highest, StuckModes, reduce};
 use dovetail_solver::structure::{BodyMatrices, InterfaceNode, Joint, ObservedWork, Structure};
 use dovetail_testkit::lattice::scattered;
@@ -62,7 +62,7 @@ fn structure([k, m]: &[Mat<f64>; 2], loaded: usize, observed: usize, alone: bool
     };
     let point = |name: &str, dof: usize| ObservedWork {
         name: name.to_owned(),
-        quantity: Quantity::Displacement,
+        quantity: ObservedQuantity::Displacement,
         load: unit(dof),
     };
     Structure {

@@ -83,11 +83,11 @@ fn element() -> Superelement {
     }
 }
 
-fn over_forces(values: &[f64], amplitude_m: Option<f64>) -> Peaks {
-    over(values, amplitude_m, scene)
+fn force_peaks(values: &[f64], amplitude_m: Option<f64>) -> Peaks {
+    value_peaks(values, amplitude_m, scene)
 }
 
-fn over(values: &[f64], amplitude_m: Option<f64>, scene: impl Fn(f64) -> Scene) -> Peaks {
+fn value_peaks(values: &[f64], amplitude_m: Option<f64>, scene: impl Fn(f64) -> Scene) -> Peaks {
     let range = PeakRange {
         values,
         logarithmic: true,
@@ -107,11 +107,11 @@ fn over(values: &[f64], amplitude_m: Option<f64>, scene: impl Fn(f64) -> Scene) 
 }
 
 /// Highest peak of the whole curve: frequency and amplitude.
-fn of_curve(force_n: f64) -> [f64; 2] {
-    of_scene(&scene(force_n))
+fn curve_peak(force_n: f64) -> [f64; 2] {
+    scene_peak(&scene(force_n))
 }
 
-fn of_scene(scene: &Scene) -> [f64; 2] {
+fn scene_peak(scene: &Scene) -> [f64; 2] {
     let (mut observer, mut store) = ((), ());
     let session = Session::new(&mut observer, &mut store);
     let run = run::solve(scene, element().into(), Options::default(), &session).unwrap();
@@ -124,11 +124,11 @@ fn of_scene(scene: &Scene) -> [f64; 2] {
 #[test]
 fn peaks_are_those_of_whole_curves_and_another_resonance_that_takes_over_is_told() {
     let values = [0.02, 0.05, 0.1, 0.2, 0.4, 0.8];
-    let found = over_forces(&values, None);
+    let found = force_peaks(&values, None);
     assert!(found.missing.is_empty());
     assert_eq!(found.rows.len(), values.len());
     for (row, force_n) in found.rows.iter().zip(values) {
-        let [frequency_hz, amplitude_m] = of_curve(force_n);
+        let [frequency_hz, amplitude_m] = curve_peak(force_n);
         let off = row.orbit.observed_amplitude[0] / amplitude_m - 1.0;
         assert!(off.abs() < 1e-3, "{force_n} N: {off:e}");
         let off = row.orbit.frequency_hz / frequency_hz - 1.0;
@@ -152,7 +152,7 @@ fn peaks_have_as_many_harmonics_as_an_accuracy_needs() {
         scene
     };
     let accurate = |force_n: f64| with(force_n, Resolution::Accuracy(accuracy));
-    let found = over(&[0.02, 0.04, 0.1], None, accurate);
+    let found = value_peaks(&[0.02, 0.04, 0.1], None, accurate);
     assert_eq!(found.rows.len(), 3);
     for row in &found.rows {
         let (force_n, orbit) = (row.value, &row.orbit);
@@ -163,7 +163,7 @@ fn peaks_have_as_many_harmonics_as_an_accuracy_needs() {
         );
         assert!(orbit.outcome.is_converged(), "{force_n} N");
         assert!(estimated <= accuracy, "{force_n} N: {estimated}");
-        let [_, amplitude_m] = of_scene(&with(force_n, Resolution::fixed(15, 256)));
+        let [_, amplitude_m] = scene_peak(&with(force_n, Resolution::fixed(15, 256)));
         let off = row.amplitude_m(0) / amplitude_m - 1.0;
         assert!(off.abs() <= accuracy, "{force_n} N: {off:e}");
     }
@@ -173,17 +173,17 @@ fn peaks_have_as_many_harmonics_as_an_accuracy_needs() {
 
 #[test]
 fn a_force_is_found_whose_peak_has_an_amplitude() {
-    let found = over_forces(&[0.02, 0.1, 0.4], Some(1.5));
+    let found = force_peaks(&[0.02, 0.1, 0.4], Some(1.5));
     let [force_n] = found.reached[..] else {
         panic!("{:?}", found.reached);
     };
-    let [_, amplitude_m] = of_curve(force_n);
+    let [_, amplitude_m] = curve_peak(force_n);
     assert!(
         (amplitude_m / 1.5 - 1.0).abs() < 1e-3,
         "{force_n}: {amplitude_m}"
     );
     assert!(found.rows.windows(2).all(|two| two[0].value < two[1].value));
-    let none = over_forces(&[0.02, 0.03], Some(100.0));
+    let none = force_peaks(&[0.02, 0.03], Some(100.0));
     assert!(none.reached.is_empty());
 }
 

@@ -11,9 +11,9 @@ use dovetail_solver::damping::{DampingSpec, Rayleigh, rayleigh};
 use dovetail_solver::dlft::settings::{Resolution, Solver};
 use dovetail_solver::dlft::static_state::static_state;
 use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
-use dovetail_solver::dlft::{Orbit, PairStatus, SolvedFrequency, Told};
-use dovetail_solver::integration::steady::{Settled, Until, integrate};
-use dovetail_solver::integration::step::{State, Stepper};
+use dovetail_solver::dlft::{Orbit, PairStatus, SolvedFrequency, SweepProgress};
+use dovetail_solver::integration::steady::{SteadyMotion, Until, integrate};
+use dovetail_solver::integration::step::{MotionState, Stepper};
 use dovetail_solver::problem::{HarmonicLoad, LinearReference, Problem};
 use dovetail_solver::reduced::{Dashpots, Load, ObservedPoint, ReducedModel, Waves};
 use faer::Mat;
@@ -48,7 +48,7 @@ impl Mass {
             reduced: ReducedModel {
                 static_load: load([-self.press_n, 0.0, 0.0]),
                 observations: (0..3).map(along).collect(),
-                ..ReducedModel::of_pairs(identity(), identity())
+                ..ReducedModel::from_pair_matrices(identity(), identity())
             }
             .into(),
             laws: vec![PairLaw {
@@ -64,7 +64,7 @@ impl Mass {
     }
 
     fn damping(&self) -> Rayleigh {
-        Rayleigh::of_mass(self.damping_per_s)
+        Rayleigh::mass_proportional(self.damping_per_s)
     }
 
     /// Orbit by harmonic balance at an angular frequency.
@@ -80,10 +80,10 @@ impl Mass {
     }
 
     /// Motion by steps in time.
-    fn settled(&self, omega: f64, steps: usize) -> Settled {
+    fn settled(&self, omega: f64, steps: usize) -> SteadyMotion {
         let model = self.model();
         let mut stepper = Stepper::new(&model, self.damping(), omega / TAU, steps).unwrap();
-        let mut state = State::at_rest(&model, &[0.0; 3], &[0.0; 3]);
+        let mut state = MotionState::resting(&model, &[0.0; 3], &[0.0; 3]);
         let until = Until::new(400, 1e-9);
         integrate(&mut stepper, &mut state, until).unwrap()
     }
@@ -154,7 +154,7 @@ fn a_pair_that_sticks_is_a_spring() {
     assert!((state.x[0] - expected).abs() < 1e-9, "{:?}", state.x);
     assert!((state.lambda[0] - 3.0 * (expected - 0.1)).abs() < 1e-9);
     // The linear reference has the springs.
-    let linear = LinearReference::about(&model, &[]);
+    let linear = LinearReference::new(&model, &[]);
     let mut expected = [1.0 + 3.0, 1.5, 1.5];
     expected.sort_by(f64::total_cmp);
     for (found, expected) in linear.omega2.iter().zip(expected) {
@@ -175,7 +175,7 @@ fn a_ratio_of_damping_is_reached_where_pairs_have_springs() {
         damping_per_s: 0.0,
     };
     let model = stuck.model();
-    let linear = LinearReference::about(&model, &[]);
+    let linear = LinearReference::new(&model, &[]);
     let asked = DampingSpec::Ratio {
         ratio: 0.1,
         linear_mode: 1,
@@ -456,7 +456,7 @@ fn mass_before_a_gap() -> (Problem, Rayleigh) {
         reduced: ReducedModel {
             static_load: load(0.0),
             observations: vec![ObservedPoint::new("mass", along(1.0), vec![])],
-            ..ReducedModel::of_pairs(diagonal([40.0, 1.0, 1.0]), diagonal([1.0; 3]))
+            ..ReducedModel::from_pair_matrices(diagonal([40.0, 1.0, 1.0]), diagonal([1.0; 3]))
         }
         .into(),
         laws: vec![PairLaw {
@@ -466,7 +466,7 @@ fn mass_before_a_gap() -> (Problem, Rayleigh) {
         excitations: vec![HarmonicLoad::cosine(1, load(100.0))],
         modal_ratios: Vec::new(),
     };
-    (problem, Rayleigh::of_mass(0.1 * 40.0_f64.sqrt()))
+    (problem, Rayleigh::mass_proportional(0.1 * 40.0_f64.sqrt()))
 }
 
 /// The curve of [`mass_before_a_gap`] folds from 1.11 to 1.36 Hz. From above the sweep
@@ -481,8 +481,8 @@ fn what_is_not_found_from_one_side_of_a_fold_is_found_from_the_other() {
     let state = static_state(&problem, 10, settings.newton);
     let run = |earlier: &[SolvedFrequency]| {
         let told = Mutex::new(Vec::new());
-        let tell = |event: Told<'_>| {
-            if let Told::Solved(solved) = event {
+        let tell = |event: SweepProgress<'_>| {
+            if let SweepProgress::Solved(solved) = event {
                 told.lock().unwrap().push(solved.clone());
             }
         };
@@ -520,8 +520,8 @@ fn a_frequency_that_is_solved_again_keeps_its_level() {
     let settings = SweepSettings::new(frequencies_hz, Resolution::Accuracy(0.02));
     let state = static_state(&problem, 10, settings.newton);
     let told = Mutex::new(Vec::new());
-    let tell = |event: Told<'_>| {
-        if let Told::Solved(solved) = event {
+    let tell = |event: SweepProgress<'_>| {
+        if let SweepProgress::Solved(solved) = event {
             told.lock().unwrap().push(solved.clone());
         }
     };

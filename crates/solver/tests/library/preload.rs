@@ -53,7 +53,7 @@ fn pulled(gap_m: f64, force_n: f64) -> Problem {
 
 /// The mass pressed by the first part of the load, 1 N, and pulled by the second, 1 N, with these
 /// multiples in the end.
-fn by_parts(gap_m: f64, [press, pull]: [f64; 2]) -> Problem {
+fn loaded_in_parts(gap_m: f64, [press, pull]: [f64; 2]) -> Problem {
     let mut problem = pulled(gap_m, 0.0);
     problem.reduced_mut().static_load.on_x = vec![-press, pull, 0.0];
     let part = |number: usize, on_x: [f64; 3], working: f64| StaticPart {
@@ -116,7 +116,7 @@ fn a_point_at_which_nothing_holds_the_mass_ends_the_path() {
         (pulled, 1.0, Outcome::Converged, None),
         (pulled, 0.0, Outcome::NothingHolds, Some(0)),
     ] {
-        let mut problem = by_parts(0.0, [1.0, 0.2]);
+        let mut problem = loaded_in_parts(0.0, [1.0, 0.2]);
         problem.reduced_mut().stiffness[(0, 0)] = spring_n_m;
         let state = static_state(&problem, path(2, &points), NEWTON);
         let found = (state.outcome, state.ended_at);
@@ -131,7 +131,7 @@ fn a_point_at_which_nothing_holds_the_mass_ends_the_path() {
 /// whole. One that is pulled before it is pressed slides all of 1 m, and bears no traction there.
 #[test]
 fn what_comes_first_decides_how_far_the_mass_slides() {
-    let problem = by_parts(0.0, [1.0, 1.0]);
+    let problem = loaded_in_parts(0.0, [1.0, 1.0]);
     ends_at(&problem, &[], 0.5, 0.5);
     ends_at(&problem, &[&[1.0, 0.0]], 0.5, 0.5);
     ends_at(&problem, &[&[0.0, 1.0]], 1.0, 0.0);
@@ -145,12 +145,12 @@ fn what_comes_first_decides_how_far_the_mass_slides() {
 /// other way before.
 #[test]
 fn each_part_of_the_load_leaves_what_friction_keeps_of_it() {
-    let whole = by_parts(0.0, [1.0, 1.0]);
+    let whole = loaded_in_parts(0.0, [1.0, 1.0]);
     // Slides to 1.8 - 0.5 m, and sticks where the pull falls back.
     ends_at(&whole, &[&[1.0, 0.0], &[1.0, 1.8]], 1.3, -0.3);
     // Three times the press holds all of the pull until it falls back.
     ends_at(&whole, &[&[3.0, 1.0]], 0.5, 0.5);
-    let weak = by_parts(0.0, [1.0, 0.4]);
+    let weak = loaded_in_parts(0.0, [1.0, 0.4]);
     ends_at(&weak, &[&[1.0, 0.0]], 0.0, 0.4);
     // Slides to -1.2 + 0.5 m, and back to 0.4 - 0.5 m.
     ends_at(&weak, &[&[1.0, -1.2]], -0.1, 0.5);
@@ -163,16 +163,16 @@ fn each_part_of_the_load_leaves_what_friction_keeps_of_it() {
 /// none: the mass slides back as the press falls.
 #[test]
 fn loads_that_are_gone_in_the_end_act_on_the_way() {
-    ends_at(&by_parts(0.0, [1.0, 0.0]), &[&[1.0, 0.8]], 0.3, -0.3);
-    ends_at(&by_parts(0.0, [1.0, 0.0]), &[&[1.0, 2.0]], 0.5, -0.5);
-    ends_at(&by_parts(0.0, [0.0, 0.0]), &[&[1.0, 1.0]], 0.0, 0.0);
+    ends_at(&loaded_in_parts(0.0, [1.0, 0.0]), &[&[1.0, 0.8]], 0.3, -0.3);
+    ends_at(&loaded_in_parts(0.0, [1.0, 0.0]), &[&[1.0, 2.0]], 0.5, -0.5);
+    ends_at(&loaded_in_parts(0.0, [0.0, 0.0]), &[&[1.0, 1.0]], 0.0, 0.0);
 }
 
 /// Points below the end on the straight way to it change nothing, but for the number of steps.
 #[test]
 fn points_on_the_way_of_a_rising_load_change_nothing() {
     for pull in [0.4, 1.0] {
-        let problem = by_parts(0.0, [1.0, pull]);
+        let problem = loaded_in_parts(0.0, [1.0, pull]);
         let plain = static_state(&problem, 9, NEWTON);
         let third = [1.0 / 3.0, pull / 3.0];
         let two_thirds = third.map(|multiple| 2.0 * multiple);
@@ -206,7 +206,7 @@ fn a_path_leaves_interference_and_clearance_as_they_are() {
 /// mass where it is.
 #[test]
 fn interference_is_whole_after_the_first_leg() {
-    let problem = by_parts(-0.2, [1.0, 0.5]);
+    let problem = loaded_in_parts(-0.2, [1.0, 0.5]);
     let state = ends_at(&problem, &[&[0.0, 0.0], &[0.0, 0.5]], 0.4, 0.1);
     assert!((state.lambda[0] + 1.2).abs() < 1e-9, "{}", state.lambda[0]);
     // It also is where the load falls again.
@@ -318,7 +318,7 @@ fn what_an_overload_leaves_decides_whether_a_small_force_moves_the_joint() {
     let [as_loaded, after] = [1.0, 2.0].map(|overload| {
         let problem = pulled(0.0, 0.3);
         let state = static_state(&problem, path(10, &[&[overload]]), NEWTON);
-        let damping = Rayleigh::of_mass(0.1);
+        let damping = Rayleigh::mass_proportional(0.1);
         let mut orbits = sweep(&problem, damping, &state, &settings, &[], &|_| ()).orbits;
         let orbit = orbits.remove(0);
         assert_eq!(orbit.outcome, Outcome::Converged);

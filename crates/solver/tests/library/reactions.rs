@@ -26,7 +26,7 @@ use dovetail_solver::model::{
 };
 use dovetail_solver::problem::Problem;
 use dovetail_solver::problem::dynamic_stiffness::ContactSystem;
-use dovetail_solver::reduction::{Highest, Recovery, StuckModes, Truncation, reduce};
+use dovetail_solver::reduction::{Highest, ModalTruncation, Recovery, StuckModes, reduce};
 use dovetail_solver::results::reactions::{Moving, Supports};
 use dovetail_solver::results::resultants::{Pusher, Resultant, static_contact_resultants};
 use dovetail_solver::spectrum::{Spectrum, blocks};
@@ -43,11 +43,11 @@ struct Case {
     prestressed: Prestressed,
     problem: Problem,
     recovery: Recovery,
-    truncation: Truncation,
+    truncation: ModalTruncation,
 }
 
 impl Case {
-    fn of(assembly: &Assembly, mesh: &Mesh, modes: usize) -> Self {
+    fn new(assembly: &Assembly, mesh: &Mesh, modes: usize) -> Self {
         let model = bind(assembly, mesh, None).unwrap();
         let (structure, prestressed, ()) =
             assemble_with(&model, &solve_by_cholesky, |_, _| ()).unwrap();
@@ -67,11 +67,11 @@ impl Case {
     }
 
     /// Static state, the displacements of the free degrees of freedom, and the reactions.
-    fn at_rest(&self) -> (StaticState, Vec<Vec<f64>>, Vec<Resultant>) {
+    fn static_reactions(&self) -> (StaticState, Vec<Vec<f64>>, Vec<Resultant>) {
         let state = static_state(&self.problem, 10, NEWTON);
         assert!(state.outcome.is_converged(), "{:?}", state.outcome);
         let free = self.recovery.full_static(&state.x);
-        let reactions = self.supports().at_rest(&free);
+        let reactions = self.supports().static_reactions(&free);
         (state, free, reactions)
     }
 
@@ -91,9 +91,13 @@ impl Case {
         motion
     }
 
-    fn in_motion(&self, orbit: &Orbit, damping: Rayleigh) -> (Vec<Mat<f64>>, Vec<Resultant>) {
+    fn periodic_reactions(
+        &self,
+        orbit: &Orbit,
+        damping: Rayleigh,
+    ) -> (Vec<Mat<f64>>, Vec<Resultant>) {
         let motion = self.motion(orbit);
-        let reactions = self.supports().in_motion(&Moving {
+        let reactions = self.supports().periodic_reactions(&Moving {
             omega_rad_s: TAU * orbit.frequency_hz,
             motion_m: &motion,
             damped_m: &motion,
@@ -236,8 +240,8 @@ fn reactions_loads_and_centrifugal_forces_of_two_bodies_in_contact_are_in_equili
     for prestress in [Prestress::None, Prestress::HeldFlanks] {
         rotation.prestress = prestress;
         assembly.rotation = Some(rotation.clone());
-        let case = Case::of(&assembly, &mesh, 4);
-        let (state, free, reactions) = case.at_rest();
+        let case = Case::new(&assembly, &mesh, 4);
+        let (state, free, reactions) = case.static_reactions();
         let names = reactions
             .iter()
             .map(|r| (r.pusher, r.name.as_str(), r.body));
@@ -309,8 +313,8 @@ fn a_support_of_flank_nodes_bears_the_force_of_the_contact() {
         assembly.bodies[1].fixed = vec!["lower_top".into()];
         assembly.contacts[0].law = law;
         assembly.contacts[0].slave = Some(Side::First);
-        let case = Case::of(&assembly, &mesh, 4);
-        let (_, _, reactions) = case.at_rest();
+        let case = Case::new(&assembly, &mesh, 4);
+        let (_, _, reactions) = case.static_reactions();
         let mut total = sum_of(reactions.iter(), 0);
         let scale = reactions
             .iter()
@@ -340,7 +344,7 @@ fn a_node_of_several_groups_counts_for_the_one_that_holds_it_first() {
         Vec::new(),
     ];
     assembly.contacts[0].slave = Some(Side::First);
-    let case = Case::of(&assembly, &mesh, 4);
+    let case = Case::new(&assembly, &mesh, 4);
     let lower = &case.model.bodies[1];
     let [base, side, cut] = lower.supports.as_slice() else {
         panic!("{:?}", lower.supports);
@@ -356,7 +360,7 @@ fn a_node_of_several_groups_counts_for_the_one_that_holds_it_first() {
         assert_eq!(*axes, [false, true, false]);
         assert!(lower.nodes_m[*node as usize][0] < SIZE[0] - 1e-9);
     }
-    let (_, _, reactions) = case.at_rest();
+    let (_, _, reactions) = case.static_reactions();
     let mut total = sum_of(reactions.iter(), 0);
     for (total, applied) in total.iter_mut().zip(applied()) {
         add_scaled(total, 1.0, applied);
@@ -399,7 +403,7 @@ fn reactions_over_a_period_are_inertia_damping_and_excitation() {
     assembly.excitations = excitations.to_vec();
     let damping = Rayleigh::new(2e-6, 300.0);
     for modes in [1000, 12] {
-        let case = Case::of(&assembly, &mesh, modes);
+        let case = Case::new(&assembly, &mesh, modes);
         let state = static_state(&case.problem, 10, NEWTON);
         let first_hz = case.problem.reduced.omega2[0].sqrt() / TAU;
         let mut settings = SweepSettings::new(vec![0.4 * first_hz], Resolution::fixed(3, 256));
@@ -408,7 +412,7 @@ fn reactions_over_a_period_are_inertia_damping_and_excitation() {
             .orbits
             .remove(0);
         assert!(orbit.outcome.is_converged());
-        let (motion, reactions) = case.in_motion(&orbit, damping);
+        let (motion, reactions) = case.periodic_reactions(&orbit, damping);
         let omega = TAU * orbit.frequency_hz;
         let mut scale: f64 = 0.0;
         let mut totals = Vec::new();
@@ -500,14 +504,14 @@ fn the_root_of_a_bar_in_axial_vibration_reacts_as_the_wave_equation_says() {
         };
         let (mut assembly, mesh, sound_m_s) = bar(ElementType::HEX20, 24, shaken);
         assembly.loads = vec![traction("x_max", [3e6, 0.0, 0.0])];
-        let case = Case::of(&assembly, &mesh, 200);
+        let case = Case::new(&assembly, &mesh, 200);
         let area_m2 = 1e-4;
         for share in [0.01, 0.6, 1.4] {
             let wave_1_m = share * FRAC_PI_2 / LENGTH_M;
             let omega = wave_1_m * sound_m_s;
             let system = ContactSystem::new(&case.problem, Rayleigh::NONE);
             let orbit = linear_orbit(&system, 1, omega / TAU);
-            let (_, reactions) = case.in_motion(&orbit, Rayleigh::NONE);
+            let (_, reactions) = case.periodic_reactions(&orbit, Rayleigh::NONE);
             let [root] = reactions.as_slice() else {
                 panic!("{reactions:?}");
             };
@@ -545,11 +549,11 @@ fn matrices_with_the_rows_of_a_support_have_the_reactions_of_their_elements() {
     let given = |rows: RowsOfBase| {
         let mut assembly = plain.clone();
         assembly.bodies[1] = given_body(&plain.bodies[1], &mesh, rows);
-        let (_, _, reactions) = Case::of(&assembly, &mesh, 4).at_rest();
+        let (_, _, reactions) = Case::new(&assembly, &mesh, 4).static_reactions();
         reactions
     };
     let scale = 7200.0;
-    let (_, _, expected) = Case::of(&plain, &mesh, 4).at_rest();
+    let (_, _, expected) = Case::new(&plain, &mesh, 4).static_reactions();
     let found = given(RowsOfBase::Kept);
     assert_eq!(found.len(), expected.len());
     for (found, expected) in found.iter().zip(&expected) {

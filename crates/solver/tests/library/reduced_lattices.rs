@@ -11,7 +11,7 @@ use dovetail_solver::reduction::{
     stuck_modes,
 };
 use dovetail_solver::structure::{BodyMatrices, InterfaceNode, Structure};
-use dovetail_testkit::threads::on_threads;
+use dovetail_testkit::threads::run_on_threads;
 use dovetail_testkit::words::has;
 use faer::linalg::solvers::Solve;
 use faer::{Mat, MatRef, c64};
@@ -72,7 +72,7 @@ fn both_ways(count: usize) -> Vec<(Model, Structure, Reduction)> {
 }
 
 /// Dense matrix of the contact nodes, which come last, turned into the frames of the pairs.
-fn in_frames(model: &Model, a: &Mat<f64>) -> Mat<f64> {
+fn turn_to_frames(model: &Model, a: &Mat<f64>) -> Mat<f64> {
     let inner = a.nrows() - 3 * model.pairs.len();
     let mut r = Mat::<f64>::identity(a.nrows(), a.nrows());
     for (p, pair) in model.pairs.iter().enumerate() {
@@ -93,8 +93,8 @@ fn lambda_is_the_parallel_form() {
                 let BodyMatrices {
                     stiffness, mass, ..
                 } = &structure.bodies[b];
-                let k = in_frames(&model, &to_dense(stiffness));
-                let m = in_frames(&model, &to_dense(mass));
+                let k = turn_to_frames(&model, &to_dense(stiffness));
+                let m = turn_to_frames(&model, &to_dense(mass));
                 let z = dynamic_stiffness(&k, &m, w);
                 let n = z.nrows() - 3 * model.pairs.len();
                 let rest = z.get(..n, ..n).partial_piv_lu().solve(z.get(..n, n..));
@@ -118,11 +118,11 @@ fn solved(structure: &Structure, body: usize, w: f64, forces: &Mat<c64>) -> Mat<
 fn forces_fields_and_observations_are_those_of_the_full_bodies() {
     // Pairs joined by given contact forces lambda: each body answers for itself.
     for (model, structure, reduced) in both_ways(ALL) {
-        against_the_full_bodies(&model, &structure, &reduced);
+        compare_with_full_bodies(&model, &structure, &reduced);
     }
 }
 
-fn against_the_full_bodies(model: &Model, structure: &Structure, reduced: &Reduction) {
+fn compare_with_full_bodies(model: &Model, structure: &Structure, reduced: &Reduction) {
     let n = 3 * model.pairs.len();
     let contact = Mat::from_fn(n, 1, |i, _| c64::new((i as f64).cos(), 0.3 * i as f64));
     for (harmonic, w) in [(1, 2.3e3), (3, 1.1e4)] {
@@ -451,7 +451,7 @@ fn rigid_ground_leaves_the_flank_to_x_alone() {
         assert!((a / b - 1.0).abs() < 1e-9, "{a} {b}");
     }
     // X alone moves it: the free body has no stiffness against a translation.
-    let turned = in_frames(&model, &to_dense(&matrices.stiffness));
+    let turned = turn_to_frames(&model, &to_dense(&matrices.stiffness));
     let n = turned.nrows() - 15;
     let inner = turned
         .get(..n, ..n)
@@ -621,7 +621,8 @@ fn a_master_that_is_a_slave_is_put_in_and_a_circle_is_an_error() {
 #[test]
 fn threads_change_no_bit() {
     let (_, structure) = assembly([None, Some(7)]);
-    let run = |threads: usize| on_threads(threads, || reduce(&structure, wanted(6)).unwrap().model);
+    let run =
+        |threads: usize| run_on_threads(threads, || reduce(&structure, wanted(6)).unwrap().model);
     let (one, four) = (run(1), run(4));
     assert_eq!(one.stiffness, four.stiffness);
     assert_eq!(one.mass, four.mass);

@@ -390,7 +390,7 @@ fn the_linear_modes_are_those_of_the_bodies_tied_at_the_closed_pairs() {
     let stuck = tied_omega2(&model, &structure, &[]);
     for open in [vec![], vec![0], vec![1, 4, 8], vec![0, 1, 2, 3, 4]] {
         let exact = tied_omega2(&model, &structure, &open);
-        let found = LinearReference::about(&problem, &open);
+        let found = LinearReference::new(&problem, &open);
         assert_eq!(found.not_released, None);
         let found = found.omega2;
         let off = found.iter().zip(&exact).take(6);

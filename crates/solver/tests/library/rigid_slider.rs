@@ -17,7 +17,7 @@ use std::time::Instant;
 use crate::shared_problems::{self, diagonal};
 use crate::shared_rigid_body::settled_from_rest;
 
-const DAMPING: Rayleigh = Rayleigh::of_mass(0.02);
+const DAMPING: Rayleigh = Rayleigh::mass_proportional(0.02);
 const NEWTON: NewtonOptions = NewtonOptions::new(1e-8, 60);
 
 /// Both masses weigh 1 kg. A spring of 1 N/m holds the first, which presses on the ground with 1 N;

@@ -4,7 +4,7 @@ use dovetail_solver::damping::Rayleigh;
 use dovetail_solver::dlft::linear_curve::linear_curve;
 use dovetail_solver::problem::dynamic_stiffness::ContactSystem;
 use dovetail_solver::problem::{HarmonicLoad, Problem};
-use dovetail_solver::reduced::Quantity;
+use dovetail_solver::reduced::ObservedQuantity;
 use dovetail_solver::reduced::waves::largest_nodal_diameter;
 use dovetail_solver::reduced::{DiscExcitation, Influence, InfluenceCoefficient, Load, Waves};
 use dovetail_solver::reduction::sectors::{modes_of_nodal_diameter, reduce_wave};
@@ -64,7 +64,7 @@ fn ring(between: f64) -> Structure {
         excitations: vec![at_mass(1.0)],
         observations: vec![ObservedWork {
             name: "mass".to_owned(),
-            quantity: Quantity::Displacement,
+            quantity: ObservedQuantity::Displacement,
             load: at_mass(1.0),
         }],
         dashpots: Vec::new(),
@@ -116,7 +116,7 @@ fn ring_under(engine_order: usize) -> Problem {
     let influence = Influence::new(SECTORS, &[1], &influence());
     let waves = Waves::new(excitation, copies.collect::<BTreeMap<_, _>>());
     reduced.waves = waves.with_influence(influence);
-    let of = reduced.of_harmonic(1);
+    let of = reduced.harmonic_model(1);
     let m = of.model.omega2.len();
     let [mut cosine, mut sine] = [0, 1].map(|_| Load::zeros(0, m));
     let unit = of.unit_load(0).unwrap();
@@ -166,7 +166,7 @@ fn each_engine_order_has_the_influence_of_its_wave() {
             (ratio / exact - 1.0).abs() < 1e-9,
             "{engine_order}: {ratio} {exact}"
         );
-        assert!(system.damps(1, 0));
+        assert!(system.is_damped(1, 0));
     }
 }
 

@@ -8,7 +8,7 @@ use dovetail_solver::model::{
     ObservationSpec, Prestress, RotationSpec,
 };
 use dovetail_solver::model::{MeshKind, MeshSource};
-use dovetail_solver::reduced::Quantity;
+use dovetail_solver::reduced::ObservedQuantity;
 use dovetail_testkit::folder::root;
 
 pub const MM: f64 = 1e-3;
@@ -63,7 +63,7 @@ pub fn assembly(bodies: Vec<BodySpec>, contacts: Vec<ContactSpec>, probe: &str) 
             name: "tip".into(),
             points: probe.into(),
             direction: [0.0, 0.6, 0.8],
-            quantity: Quantity::Displacement,
+            quantity: ObservedQuantity::Displacement,
         }],
         ..Assembly::default()
     }

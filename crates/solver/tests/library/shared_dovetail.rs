@@ -120,7 +120,7 @@ pub fn check_dovetail(model: &Model, nu: usize, nv: usize) {
         }
         // Edges of a grid with one diagonal per cell.
         let edges = (nu - 1) * nv + nu * (nv - 1) + (nu - 1) * (nv - 1);
-        let quadratic = body.elements.of(0).len() == 10;
+        let quadratic = body.elements.element_nodes(0).len() == 10;
         assert_eq!(tied, if quadratic { 2 * edges } else { 0 });
     }
 }

@@ -5,10 +5,10 @@ use dovetail_solver::contact::PairLaw;
 use dovetail_solver::excitation::{Excitation as InTime, Growth};
 use dovetail_solver::fem::join;
 use dovetail_solver::model::{
-    AppliedLoad, Body, BodyNode, ContactPair, Excitation, Model, NodeMotion, Observation, Side,
-    Slave,
+    AppliedLoad, Body, BodyNode, ContactPair, Model, ModelExcitation, NodeMotion, Observation,
+    Side, Slave,
 };
-use dovetail_solver::reduced::Quantity;
+use dovetail_solver::reduced::ObservedQuantity;
 use dovetail_solver::structure::{BodyMatrices, Structure};
 use dovetail_testkit::lattice::{Lattice, scattered};
 use faer::{Mat, c64};
@@ -49,7 +49,7 @@ pub fn assembly(modes: [Option<usize>; 2]) -> (Model, Structure) {
         })
         .collect();
     let (tip, tied) = (bar.node([3, 2, 2]), bar.nodes());
-    let force = |body, node, direction, harmonic, phase_rad| Excitation {
+    let force = |body, node, direction, harmonic, phase_rad| ModelExcitation {
         loads: vec![(
             body,
             AppliedLoad::Point {
@@ -84,12 +84,12 @@ pub fn assembly(modes: [Option<usize>; 2]) -> (Model, Structure) {
         observations: vec![
             Observation {
                 name: "tip".into(),
-                quantity: Quantity::Displacement,
+                quantity: ObservedQuantity::Displacement,
                 terms: vec![(at(0, tip), [0.0, 0.6, 0.8])],
             },
             Observation {
                 name: "mixed".into(),
-                quantity: Quantity::Displacement,
+                quantity: ObservedQuantity::Displacement,
                 terms: vec![
                     (at(0, tied), [1.0, 0.0, -1.0]),
                     (at(1, flanks[1][0]), [0.0, 2.0, 0.0]),

@@ -18,7 +18,7 @@ pub fn dovetail72(law: PairLaw, force_n: f64) -> Problem {
     static MODEL: OnceLock<ReducedModel> = OnceLock::new();
     let folder = root().join("tests/data/dovetail72");
     let model = MODEL.get_or_init(|| dovetail_superelement::read(&folder).unwrap().model);
-    Problem::of_one_law(model.clone(), law, force_n)
+    Problem::uniform(model.clone(), law, force_n)
 }
 
 /// Response about the static state under ten steps of the load, which has to be found.
@@ -31,7 +31,7 @@ pub fn respond(model: &Problem, damping: Rayleigh, settings: &SweepSettings) -> 
 
 /// 0.1 % of critical damping on the first stuck mode.
 pub fn damping_of(model: &Problem) -> Rayleigh {
-    Rayleigh::of_ratio(0.001, model.reduced.omega2[0].sqrt())
+    Rayleigh::from_damping_ratio(0.001, model.reduced.omega2[0].sqrt())
 }
 
 /// Matrix with these values on its diagonal.

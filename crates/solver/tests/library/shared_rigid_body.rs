@@ -5,15 +5,15 @@ use dovetail_numerics::nonlinear::NewtonOptions;
 use dovetail_solver::contact::PairLaw;
 use dovetail_solver::damping::Rayleigh;
 use dovetail_solver::dlft::static_state::static_state;
-use dovetail_solver::integration::steady::{Settled, Until, integrate};
-use dovetail_solver::integration::step::{State, Stepper};
+use dovetail_solver::integration::steady::{SteadyMotion, Until, integrate};
+use dovetail_solver::integration::step::{MotionState, Stepper};
 use dovetail_solver::problem::{HarmonicLoad, Problem};
 use dovetail_solver::reduced::{Load, ObservedPoint, ReducedModel};
 use faer::Mat;
 use std::f64::consts::TAU;
 use std::sync::Mutex;
 
-pub const DAMPING: Rayleigh = Rayleigh::of_mass(20.0);
+pub const DAMPING: Rayleigh = Rayleigh::mass_proportional(20.0);
 pub const NEWTON: NewtonOptions = NewtonOptions::new(1e-8, 60);
 pub const SPRING_HZ: f64 = 100.0;
 pub const BASE_M_S2: f64 = 76.9;
@@ -26,7 +26,7 @@ pub fn body(mass_kg: f64, friction: f64) -> Problem {
         reduced: ReducedModel {
             static_load: Load::new(vec![-1.0, 0.0, 0.0], vec![]),
             observations: vec![ObservedPoint::new("cube", vec![0.0, 1.0, 0.0], vec![])],
-            ..ReducedModel::of_pairs(
+            ..ReducedModel::from_pair_matrices(
                 diagonal(mass_kg * (TAU * SPRING_HZ).powi(2)),
                 diagonal(mass_kg),
             )
@@ -45,10 +45,10 @@ pub fn settled_from_rest(
     frequency_hz: f64,
     steps: usize,
     until: Until,
-) -> Settled {
+) -> SteadyMotion {
     let mut stepper = Stepper::new(model, damping, frequency_hz, steps).unwrap();
     let rest = static_state(model, 10, NEWTON);
-    let mut state = State::at_rest(model, &rest.x, &rest.lambda);
+    let mut state = MotionState::resting(model, &rest.x, &rest.lambda);
     integrate(&mut stepper, &mut state, until).unwrap()
 }
 

@@ -12,7 +12,7 @@ use dovetail_solver::dlft::retention::Mean;
 use dovetail_solver::dlft::settings::{EpsChoice, Resolution, Solver};
 use dovetail_solver::dlft::static_state::static_state;
 use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
-use dovetail_solver::dlft::{Orbit, Outcome, SolvedFrequency, Told};
+use dovetail_solver::dlft::{Orbit, Outcome, SolvedFrequency, SweepProgress};
 use dovetail_solver::problem::{HarmonicLoad, Problem};
 use dovetail_solver::reduced::{DiscExcitation, Load, ObservedPoint, ReducedModel, Waves};
 use faer::Mat;
@@ -20,7 +20,7 @@ use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 use std::sync::Mutex;
 
-const DAMPING: Rayleigh = Rayleigh::of_mass(0.05);
+const DAMPING: Rayleigh = Rayleigh::mass_proportional(0.05);
 /// Compression of each pair at rest.
 const PRESS_N: f64 = 1.0;
 const FRICTION: f64 = 0.3;
@@ -88,7 +88,7 @@ fn copies(sector: &ReducedModel) -> ReducedModel {
     let both = (0..2).flat_map(|copy| sector.observations.iter().map(move |p| observed(copy, p)));
     ReducedModel {
         observations: both.collect(),
-        ..ReducedModel::of_pairs(
+        ..ReducedModel::from_pair_matrices(
             twice(&|i, j| sector.stiffness[(i, j)] + own(i, j)),
             twice(&|i, j| sector.mass[(i, j)]),
         )
@@ -106,14 +106,14 @@ fn problem(case: Case) -> Problem {
             (0..n).map(last).collect(),
             vec![],
         )],
-        ..ReducedModel::of_pairs(stiffness(case), Mat::identity(n, n))
+        ..ReducedModel::from_pair_matrices(stiffness(case), Mat::identity(n, n))
     };
     let normal_n = if case.exceeds { 3.0 } else { 0.2 };
     let force: Vec<f64> = (0..n).map(|i| [normal_n, 0.4, 0.1][i % 3]).collect();
     let mut load = [force, vec![0.0; n]];
     if case.wave {
         reduced.waves = Waves::new(DISC, BTreeMap::from([(1, copies(&reduced))]));
-        let wave = reduced.of_harmonic(1).wave.unwrap();
+        let wave = reduced.harmonic_model(1).wave.unwrap();
         load = wave.widened_parts([&load[0], &load[1]]);
     }
     let law = PairLaw {
@@ -179,7 +179,7 @@ const CHOICES: [EpsChoice; 3] = [
 ];
 
 /// Motions of a case with a resolution, solved in every way at these frequencies.
-fn in_every_way(case: Case, resolution: Resolution, frequencies_hz: &[f64]) -> Vec<Found> {
+fn solve_in_every_way(case: Case, resolution: Resolution, frequencies_hz: &[f64]) -> Vec<Found> {
     let problem = problem(case);
     let mut all = Vec::new();
     for solver in [Solver::NewtonKrylov, Solver::Powell] {
@@ -218,7 +218,7 @@ fn cases(exceeds: bool) -> impl Iterator<Item = Case> {
 fn all_solvers_and_choices_of_eps_agree_on_the_motion() {
     let mut largest = 0.0_f64;
     for (case, resolution) in cases(false).flat_map(|c| RESOLUTIONS.map(|r| (c, r))) {
-        let all = in_every_way(case, resolution, &FREQUENCIES_HZ);
+        let all = solve_in_every_way(case, resolution, &FREQUENCIES_HZ);
         for hz in FREQUENCIES_HZ {
             let at: Vec<&Found> = all.iter().filter(|f| f.frequency_hz == hz).collect();
             // Six ways, and on a curve two.
@@ -254,7 +254,7 @@ fn all_solvers_and_choices_of_eps_agree_on_the_motion() {
 fn every_way_ends_with_an_outcome_where_the_excitation_exceeds_the_preload() {
     for case in cases(true) {
         for resolution in [Resolution::fixed(1, 64), Resolution::Accuracy(0.1)] {
-            in_every_way(case, resolution, &[0.2]);
+            solve_in_every_way(case, resolution, &[0.2]);
         }
     }
 }
@@ -277,8 +277,8 @@ fn a_record_has_the_mean_and_the_level_that_its_motion_was_solved_with() {
     let settings = SweepSettings::new(frequencies_hz, Resolution::Accuracy(ACCURACY));
     let state = static_state(&problem, 2, settings.newton);
     let records = Mutex::new(Vec::new());
-    let tell = |told: Told<'_>| {
-        if let Told::Solved(solved) = told {
+    let tell = |told: SweepProgress<'_>| {
+        if let SweepProgress::Solved(solved) = told {
             records.lock().unwrap().push(solved.clone());
         }
     };

@@ -14,7 +14,7 @@ use dovetail_solver::model::{
     ObservationSpec, bind,
 };
 use dovetail_solver::problem::dynamic_stiffness::ContactSystem;
-use dovetail_solver::reduced::Quantity;
+use dovetail_solver::reduced::ObservedQuantity;
 use dovetail_solver::reduction::{Highest, StuckModes, reduce};
 use dovetail_testkit::block::block;
 
@@ -23,7 +23,7 @@ fn gauge(points: &str, direction: [f64; 3]) -> ObservationSpec {
         name: points.into(),
         points: points.into(),
         direction,
-        quantity: Quantity::Strain,
+        quantity: ObservedQuantity::Strain,
     }
 }
 
@@ -52,14 +52,14 @@ fn add_nodes(mesh: &mut Mesh, name: &str, is_in: impl Fn([f64; 3]) -> bool) {
 }
 
 /// What the gauges measure under the steady load.
-fn at_rest(model: &Model) -> Vec<f64> {
+fn static_strains(model: &Model) -> Vec<f64> {
     let structure = assemble(model).unwrap();
     let body = &structure.bodies[0];
     let free = solve_by_cholesky(&body.stiffness, &body.load_n).unwrap();
     let gauges = structure.observations.iter();
     gauges
         .map(|gauge| {
-            assert_eq!(gauge.quantity, Quantity::Strain);
+            assert_eq!(gauge.quantity, ObservedQuantity::Strain);
             gauge.load[0].iter().zip(&free).map(|(w, u)| w * u).sum()
         })
         .collect()
@@ -117,7 +117,7 @@ fn gauges_on_a_cantilever_measure_the_strain_of_the_beam() {
         1.0,
         1.0,
     ];
-    for ((found, factor), spec) in at_rest(&model)
+    for ((found, factor), spec) in static_strains(&model)
         .iter()
         .zip(factors)
         .zip(&assembly.observations)

@@ -54,7 +54,7 @@ fn one_piece(mesh: &Mesh) -> (Assembly, Mesh) {
 /// Squared angular frequencies of the modes in which everything that touches moves as one.
 fn omega2((assembly, mesh): &(Assembly, Mesh)) -> Vec<f64> {
     let (_, problem) = reduced(assembly, mesh, TEN);
-    let modes = &problem.reduced.of_harmonic(0).model.omega2;
+    let modes = &problem.reduced.harmonic_model(0).model.omega2;
     modes[..10].to_vec()
 }
 
@@ -366,7 +366,7 @@ fn faces_of_one_list_may_share_an_edge() {
         let all = mesh.groups.remove(side).unwrap();
         // Cells at the inner radius, and those at the outer one.
         let inner = |&f: &u32| {
-            let nodes = mesh.facets.of(f as usize);
+            let nodes = mesh.facets.element_nodes(f as usize);
             nodes.iter().all(|&n| {
                 let [_, y, z] = mesh.nodes_m[n as usize];
                 y.hypot(z) < 0.1301
@@ -375,7 +375,9 @@ fn faces_of_one_list_may_share_an_edge() {
         let (near, far): (Vec<u32>, Vec<u32>) = all.elements.iter().partition(|f| inner(f));
         for (name, elements) in [("inner", near), ("outer", far)] {
             assert!(!elements.is_empty());
-            let nodes = elements.iter().flat_map(|&f| mesh.facets.of(f as usize));
+            let nodes = elements
+                .iter()
+                .flat_map(|&f| mesh.facets.element_nodes(f as usize));
             let mut nodes: Vec<u32> = nodes.copied().collect();
             nodes.sort_unstable();
             nodes.dedup();

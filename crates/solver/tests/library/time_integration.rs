@@ -8,9 +8,9 @@ use dovetail_solver::dlft::Response;
 use dovetail_solver::dlft::settings::Resolution;
 use dovetail_solver::dlft::sweep::SweepSettings;
 use dovetail_solver::excitation::Growth;
-use dovetail_solver::integration::compare::{Comparison, Start, compare};
-use dovetail_solver::integration::steady::{Settled, Until, integrate};
-use dovetail_solver::integration::step::{State, Stepper};
+use dovetail_solver::integration::compare::{Comparison, IntegrationStart, compare};
+use dovetail_solver::integration::steady::{SteadyMotion, Until, integrate};
+use dovetail_solver::integration::step::{MotionState, Stepper};
 use dovetail_solver::problem::{HarmonicLoad, Problem};
 use dovetail_solver::reduced::{Dashpots, Load, ObservedPoint, ReducedModel};
 use faer::Mat;
@@ -83,10 +83,10 @@ fn settle(
     omega_rad_s: f64,
     steps: usize,
     most_periods: usize,
-) -> Settled {
+) -> SteadyMotion {
     let mut stepper = Stepper::new(model, damping, omega_rad_s / TAU, steps).unwrap();
     let n = model.reduced.stiffness.nrows();
-    let mut state = State::at_rest(model, &vec![0.0; n], &vec![0.0; n]);
+    let mut state = MotionState::resting(model, &vec![0.0; n], &vec![0.0; n]);
     let until = Until::new(most_periods, 1e-9);
     integrate(&mut stepper, &mut state, until).unwrap()
 }
@@ -179,7 +179,7 @@ fn a_mass_on_rigid_friction_moves_as_den_hartog_says() {
         .model();
         let coarse = settle(&model, UNDAMPED, b, 500, 400);
         let fine = settle(&model, UNDAMPED, b, 2000, 400);
-        let off = |s: &Settled| s.cycle.observed[0].amplitude_m / expected - 1.0;
+        let off = |s: &SteadyMotion| s.cycle.observed[0].amplitude_m / expected - 1.0;
         println!(
             "b {b} F {friction_n}: {:+.1e} at 500, {:+.1e} at 2000 steps, {} periods",
             off(&coarse),
@@ -213,7 +213,7 @@ fn a_jenkins_oscillator_has_the_known_amplitude_and_work() {
     }
     .model();
     // M is the oscillator's mass alone, so b M is its dashpot.
-    let damping = Rayleigh::of_mass(0.02);
+    let damping = Rayleigh::mass_proportional(0.02);
     let settled = settle(&model, damping, 1.05, 2000, 300);
     let (amplitude, work) = (
         settled.cycle.observed[0].amplitude_m,
@@ -298,14 +298,20 @@ fn balanced(model: &Problem, harmonics: usize, frequency_hz: f64) -> Response {
     respond(model, damping_of(model), &settings)
 }
 
-fn against(model: &Problem, harmonics: usize, hz: f64, steps: usize, until: Until) -> Comparison {
+fn integrate_and_compare(
+    model: &Problem,
+    harmonics: usize,
+    hz: f64,
+    steps: usize,
+    until: Until,
+) -> Comparison {
     let response = balanced(model, harmonics, hz);
     assert!(response.orbits[0].outcome.is_converged());
     compare(
         model,
         damping_of(model),
         &response.orbits[0],
-        Start::Orbit { larger_by: 0.0 },
+        IntegrationStart::Orbit { larger_by: 0.0 },
         steps,
         until,
         response.slip_threshold_m,
@@ -318,7 +324,7 @@ fn against(model: &Problem, harmonics: usize, hz: f64, steps: usize, until: Unti
 fn a_dovetail_of_72_pairs_keeps_the_motion_of_harmonic_balance() {
     let model = dovetail72(PairLaw::rigid(0.3, 0.0), 1.0);
     let until = Until::new(6, 0.0);
-    let c = against(&model, 7, 699.5, 300, until);
+    let c = integrate_and_compare(&model, 7, 699.5, 300, until);
     println!("{c:#?}\n{:?}", c.differences());
     // Found: 3e-5, 9e-5, 1.4e-3 and 2.3e-4 of amplitude, harmonic 1, contact work and input.
     for (difference, most) in c.differences().into_iter().zip([1e-4, 3e-4, 5e-3, 1e-3]) {
@@ -346,7 +352,7 @@ fn a_load_that_grows_with_the_frequency_is_at_each_frequency_a_constant_one() {
     }
     let until = Until::new(1, 0.0);
     let [constant, growing] =
-        [&constant, &growing].map(|model| against(model, 2, FREQUENCY_HZ, 64, until));
+        [&constant, &growing].map(|model| integrate_and_compare(model, 2, FREQUENCY_HZ, 64, until));
     let figures = |c: &Comparison| [c.balance, c.integration];
     for (a, b) in figures(&constant).iter().zip(&figures(&growing)) {
         let same = |what: &str, a: f64, b: f64| {
@@ -365,7 +371,7 @@ fn a_load_that_grows_with_the_frequency_is_at_each_frequency_a_constant_one() {
 fn the_truncation_error_of_harmonic_balance_falls_with_its_harmonics() {
     let model = dovetail72(PairLaw::rigid(0.3, 0.0), 1.0);
     let until = Until::new(600, 1e-4);
-    let integrated = against(&model, 7, 699.5, 500, until);
+    let integrated = integrate_and_compare(&model, 7, 699.5, 500, until);
     println!("{integrated:#?}");
     assert!(integrated.steady);
     let theirs = integrated.integration.first_harmonic_m.unwrap();

@@ -16,7 +16,7 @@ use std::f64::consts::TAU;
 
 use crate::shared_problems::diagonal;
 
-const DAMPING: Rayleigh = Rayleigh::of_mass(0.03);
+const DAMPING: Rayleigh = Rayleigh::mass_proportional(0.03);
 const FORCE_N: f64 = 0.1;
 const GAP_M: f64 = 1.0;
 const STOP_N_M: f64 = 5.0;

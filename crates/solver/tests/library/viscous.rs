@@ -11,7 +11,7 @@ use dovetail_solver::dlft::linear_curve::linear_curve;
 use dovetail_solver::dlft::settings::Resolution;
 use dovetail_solver::dlft::static_state::static_state;
 use dovetail_solver::dlft::sweep::SweepSettings;
-use dovetail_solver::integration::compare::{Start, compare};
+use dovetail_solver::integration::compare::{IntegrationStart, compare};
 use dovetail_solver::integration::steady::Until;
 use dovetail_solver::problem::dynamic_stiffness::ContactSystem;
 use dovetail_solver::problem::{HarmonicLoad, LinearReference, Problem};
@@ -33,23 +33,26 @@ fn settings(omegas: &[f64], harmonics: usize) -> SweepSettings {
     settings
 }
 
-fn along(value: f64) -> Vec<f64> {
+fn tangential_vector(value: f64) -> Vec<f64> {
     vec![0.0, value, 0.0]
 }
 
 /// Mass of 1 kg on a spring of 1 N/m that slides on the ground, with a dashpot to the ground.
 fn sliding_mass(friction: f64, damping_n_s_m: f64) -> Problem {
-    let dashpot = (damping_n_s_m, Load::new(along(1.0), vec![]));
+    let dashpot = (damping_n_s_m, Load::new(tangential_vector(1.0), vec![]));
     Problem {
         reduced: ReducedModel {
             static_load: Load::new(vec![-1.0, 0.0, 0.0], vec![]),
-            observations: vec![ObservedPoint::new("mass", along(1.0), vec![])],
+            observations: vec![ObservedPoint::new("mass", tangential_vector(1.0), vec![])],
             dashpots: Dashpots::new(3, 0, &[dashpot]),
-            ..ReducedModel::of_pairs(diagonal([1.0; 3]), diagonal([1.0; 3]))
+            ..ReducedModel::from_pair_matrices(diagonal([1.0; 3]), diagonal([1.0; 3]))
         }
         .into(),
         laws: vec![PairLaw::rigid(friction, 0.0)],
-        excitations: vec![HarmonicLoad::cosine(1, Load::new(along(1.0), vec![]))],
+        excitations: vec![HarmonicLoad::cosine(
+            1,
+            Load::new(tangential_vector(1.0), vec![]),
+        )],
         modal_ratios: Vec::new(),
     }
 }
@@ -74,13 +77,18 @@ fn a_mass_on_a_dashpot_is_the_damped_oscillator() {
 /// Two unit masses: one is held by springs of two stuck modes, the other is the pair. A dashpot
 /// between them, and a ratio of the first mode.
 fn two_masses(friction: f64, modal_ratios: Vec<f64>) -> Problem {
-    let dashpot = |damping, x, modes: [f64; 2]| (damping, Load::new(along(x), modes.to_vec()));
-    let load = |force: f64| Load::new(along(0.5 * force), vec![force, 0.4 * force]);
+    let dashpot =
+        |damping, x, modes: [f64; 2]| (damping, Load::new(tangential_vector(x), modes.to_vec()));
+    let load = |force: f64| Load::new(tangential_vector(0.5 * force), vec![force, 0.4 * force]);
     let coupling = [0.5, -0.3];
     Problem {
         reduced: ReducedModel {
             static_load: Load::new(vec![-1.0, 0.0, 0.0], vec![0.0; 2]),
-            observations: vec![ObservedPoint::new("u", along(1.0), vec![0.7, 0.2])],
+            observations: vec![ObservedPoint::new(
+                "u",
+                tangential_vector(1.0),
+                vec![0.7, 0.2],
+            )],
             dashpots: Dashpots::new(
                 3,
                 2,
@@ -92,7 +100,7 @@ fn two_masses(friction: f64, modal_ratios: Vec<f64>) -> Problem {
             ..ReducedModel::new(
                 diagonal([1.0, 0.8, 1.0]),
                 diagonal([1.0; 3]),
-                Mat::from_fn(3, 2, |i, m| along(coupling[m])[i]),
+                Mat::from_fn(3, 2, |i, m| tangential_vector(coupling[m])[i]),
                 vec![1.0, 6.0],
             )
         }
@@ -107,7 +115,12 @@ const RAYLEIGH: Rayleigh = Rayleigh::new(0.01, 0.02);
 
 /// Amplitude of the observed displacement without friction, by the matrices of all coordinates: the
 /// pair along its flank, and both modes.
-fn at_once(problem: &Problem, damping: Rayleigh, w: f64, with_pair: bool) -> f64 {
+fn amplitude_by_full_matrices(
+    problem: &Problem,
+    damping: Rayleigh,
+    w: f64,
+    with_pair: bool,
+) -> f64 {
     let reduced = &problem.reduced;
     let at = |on_x: &[f64], on_modes: &[f64]| [on_x[1], on_modes[0], on_modes[1]];
     let coupled = |m: usize| reduced.coupling[(1, m)];
@@ -141,7 +154,7 @@ fn at_once(problem: &Problem, damping: Rayleigh, w: f64, with_pair: bool) -> f64
         .map(|weights| at(&weights.on_x, &weights.on_modes))
         .collect();
     let of_air = |i: usize, j: usize| {
-        let influence = reduced.of_harmonic(1).influence;
+        let influence = reduced.harmonic_model(1).influence;
         let entries = influence.into_iter().flat_map(|a| {
             let all = (0..2).flat_map(|m| (0..2).map(move |n| (m, n)));
             all.map(|(m, n)| influenced[m][i] * a[(m, n)] * influenced[n][j])
@@ -178,8 +191,8 @@ const OMEGAS: [f64; 7] = [
 
 /// Two masses of a sector of a disc that is excited in phase, with two motions on which the air acts
 /// and which it couples by a matrix without symmetry.
-fn in_a_flow(problem: Problem) -> Problem {
-    let of_one = |x, modes: [f64; 2]| Load::new(along(x), modes.to_vec());
+fn sector_in_flow(problem: Problem) -> Problem {
+    let of_one = |x, modes: [f64; 2]| Load::new(tangential_vector(x), modes.to_vec());
     let influenced = [of_one(0.4, [0.9, 0.1]), of_one(-0.2, [0.3, 0.8])];
     let excitation = DiscExcitation {
         sectors: 6,
@@ -220,7 +233,7 @@ fn dashpots_and_ratios_couple_the_modes_as_the_equations_solved_at_once() {
 
 #[test]
 fn aerodynamic_influence_couples_the_modes_as_the_equations_solved_at_once() {
-    couple_the_modes(in_a_flow);
+    couple_the_modes(sector_in_flow);
 }
 
 fn couple_the_modes(with: fn(Problem) -> Problem) {
@@ -229,14 +242,14 @@ fn couple_the_modes(with: fn(Problem) -> Problem) {
             let free = with(two_masses(0.0, ratios.clone()));
             let response = respond(&free, damping, &settings(&OMEGAS, 1));
             let stuck = LinearReference::stuck(&free.reduced).problem(&free, damping);
-            let released = LinearReference::about(&on_springs(&free), &[]);
-            let released = released.problem(&on_springs(&free), damping);
+            let released = LinearReference::new(&problem_on_springs(&free), &[]);
+            let released = released.problem(&problem_on_springs(&free), damping);
             for (orbit, w) in response.orbits.iter().zip(OMEGAS) {
                 let near = |what: &str, found: f64, exact: f64| {
                     let off = found / exact - 1.0;
                     assert!(off.abs() < 1e-8, "{what}, {ratios:?}, {w}: {off:e}");
                 };
-                let exact = at_once(&free, damping, w, true);
+                let exact = amplitude_by_full_matrices(&free, damping, w, true);
                 near("free", orbit.observed_amplitude[0], exact);
                 let spent = orbit.viscous_power_w;
                 near("power", spent, orbit.input_power_w);
@@ -245,7 +258,11 @@ fn couple_the_modes(with: fn(Problem) -> Problem) {
                     let hz = [w / TAU];
                     linear_curve(&system, 1, &hz)[0].observed_amplitude[0]
                 };
-                near("stuck", at(&stuck), at_once(&free, damping, w, false));
+                near(
+                    "stuck",
+                    at(&stuck),
+                    amplitude_by_full_matrices(&free, damping, w, false),
+                );
                 near("released", at(&released), exact);
             }
         }
@@ -254,7 +271,7 @@ fn couple_the_modes(with: fn(Problem) -> Problem) {
 
 /// The same with a pair whose springs are too soft to count, so that the linear reference has its
 /// motion.
-fn on_springs(problem: &Problem) -> Problem {
+fn problem_on_springs(problem: &Problem) -> Problem {
     let mut problem = problem.clone();
     problem.laws[0].stiffness = Some(PairStiffness::new(1e-12, 1e-12));
     problem
@@ -266,7 +283,7 @@ fn on_springs(problem: &Problem) -> Problem {
 fn a_mode_with_a_ratio_has_its_peak_and_its_width() {
     let (ratio, other) = (1e-3, 2e-2);
     let omega2 = [4.0, 900.0];
-    let damping = Rayleigh::of_ratio(other, 30.0);
+    let damping = Rayleigh::from_damping_ratio(other, 30.0);
     let none = || Mat::zeros(0, 0);
     let load = |modes: [f64; 2]| Load::new(vec![], modes.to_vec());
     let problem = |excited: [f64; 2]| Problem {
@@ -330,7 +347,7 @@ fn steps_in_time_have_the_dashpots_and_the_ratios() {
             &problem,
             RAYLEIGH,
             orbit,
-            Start::Orbit { larger_by: 0.05 },
+            IntegrationStart::Orbit { larger_by: 0.05 },
             4000,
             Until::new(200, 1e-8),
             response.slip_threshold_m,

@@ -143,7 +143,7 @@ fn worn(
     )
 }
 
-const AT_FREQUENCY: [MissionPart; 1] = [MissionPart::only(Some(FREQUENCY_HZ))];
+const AT_FREQUENCY: [MissionPart; 1] = [MissionPart::whole_mission(Some(FREQUENCY_HZ))];
 
 /// All areas: those of [`AREAS_M2`].
 fn areas() -> Option<Vec<f64>> {
@@ -232,7 +232,10 @@ fn a_punch_in_gross_slip_wears_at_the_rate_of_its_friction_and_ends_with_uniform
 #[test]
 fn half_the_cycles_of_each_block_change_the_depths_by_less_than_the_tolerance() {
     let element = element(0.2, areas());
-    for (mission, force_n) in [(&AT_FREQUENCY, 60.0), (&[MissionPart::only(None)], 40.0)] {
+    for (mission, force_n) in [
+        (&AT_FREQUENCY, 60.0),
+        (&[MissionPart::whole_mission(None)], 40.0),
+    ] {
         let scene = scene(force_n, WEAR_M2_N);
         let tolerance = 0.01;
         let whole = worn(&element, &scene, &[1e8], tolerance, mission).unwrap();

@@ -101,7 +101,7 @@ impl NodePattern {
     }
 
     /// All neighbours of a node, ascending.
-    fn of(&self, node: usize) -> &[u32] {
+    fn neighbours(&self, node: usize) -> &[u32] {
         &self.neighbours[self.offsets[node]..self.offsets[node + 1]]
     }
 
@@ -109,7 +109,7 @@ impl NodePattern {
     fn block(&self, node: usize, slot: usize) -> (usize, bool) {
         let upper_first = self.offsets[node] - self.lower_offsets[node];
         let lower_count = self.lower_offsets[node + 1] - self.lower_offsets[node];
-        let upper_count = self.of(node).len() - lower_count;
+        let upper_count = self.neighbours(node).len() - lower_count;
         match slot.checked_sub(upper_count) {
             None => (self.mirrored[upper_first + slot] as usize, true),
             Some(below) => (self.lower_offsets[node] + below, false),
@@ -140,7 +140,9 @@ pub(crate) fn sum_elements<const W: usize>(
     let mut buffer = Vec::new();
     for first in (0..count).step_by(CHUNK) {
         let chunk = first..count.min(first + CHUNK);
-        let sizes = chunk.clone().map(|e| body.elements.of(e).len().pow(2));
+        let sizes = chunk
+            .clone()
+            .map(|e| body.elements.element_nodes(e).len().pow(2));
         buffer.resize(sizes.clone().sum(), [0.0; W]);
         let mut matrices = split(&mut buffer, sizes);
         matrices
@@ -154,7 +156,7 @@ pub(crate) fn sum_elements<const W: usize>(
             .for_each(|(owned, columns)| {
                 let base = pattern.lower_offsets[columns.start];
                 for (k, matrix) in matrices.iter().enumerate() {
-                    let nodes = body.elements.of(first + k);
+                    let nodes = body.elements.element_nodes(first + k);
                     scatter::<W>(body, pattern, nodes, matrix, columns, base, owned);
                 }
             });
@@ -224,7 +226,7 @@ pub(crate) fn symmetric_matrix(pattern: &NodePattern, lower: &LowerBlocks<9>) ->
     let (mut values, mut rows) = (vec![0.0; size], vec![0; size]);
     let mut offsets = Vec::with_capacity(3 * pattern.nodes() + 1);
     for node in 0..pattern.nodes() {
-        let column = 3 * pattern.of(node).len();
+        let column = 3 * pattern.neighbours(node).len();
         offsets.extend((0..3).map(|c| 9 * pattern.offsets[node] + c * column));
     }
     offsets.push(size);
@@ -249,7 +251,7 @@ pub(crate) fn symmetric_matrix_of_scalars(
     offsets.push(0);
     for node in 0..pattern.nodes() {
         for c in 0..3 {
-            for (slot, &neighbour) in pattern.of(node).iter().enumerate() {
+            for (slot, &neighbour) in pattern.neighbours(node).iter().enumerate() {
                 rows.push(3 * neighbour as usize + c);
                 values.push(lower[pattern.block(node, slot).0][0]);
             }
@@ -279,7 +281,7 @@ fn fill(
     values: &mut [f64],
     rows: Option<&mut [usize]>,
 ) {
-    let sizes = (0..pattern.nodes()).map(|node| 9 * pattern.of(node).len());
+    let sizes = (0..pattern.nodes()).map(|node| 9 * pattern.neighbours(node).len());
     let own_rows = match rows {
         Some(rows) => split(rows, sizes.clone()),
         None => sizes.clone().map(|_| &mut [] as &mut [usize]).collect(),
@@ -289,7 +291,7 @@ fn fill(
         .zip(own_rows)
         .enumerate()
         .for_each(|(node, (values, rows))| {
-            let neighbours = pattern.of(node);
+            let neighbours = pattern.neighbours(node);
             for (slot, &neighbour) in neighbours.iter().enumerate() {
                 let (block, mirrored) = pattern.block(node, slot);
                 for c in 0..3 {
@@ -310,7 +312,7 @@ fn fill(
 /// Nodes of an element, or of a spring; springs are numbered after the elements.
 fn nodes_of<'a>(body: &'a Body, springs: &'a [SpringElement], e: usize) -> &'a [u32] {
     match e.checked_sub(body.elements.len()) {
-        None => body.elements.of(e),
+        None => body.elements.element_nodes(e),
         Some(spring) => &springs[spring].nodes,
     }
 }

@@ -10,7 +10,7 @@
 //! Finite Element Procedures, 6.2.) G is the geometric (initial stress) stiffness under the stress
 //! sigma.
 
-use super::tables::Table;
+use super::tables::ShapeTable;
 use crate::model::Material;
 use dovetail_numerics::space::{cross, dot};
 
@@ -84,7 +84,7 @@ pub(crate) fn determinant<const N: usize>(
 /// Element stiffness, N/m: block (a, b), row by row, at `a N + b`.
 pub(crate) fn stiffness<const N: usize>(
     coords_m: &[[f64; 3]; N],
-    table: &Table<N>,
+    table: &ShapeTable<N>,
     lame: Lame,
     out: &mut [[f64; 9]],
 ) {
@@ -133,7 +133,7 @@ pub(crate) fn mirror_blocks(n: usize, out: &mut [[f64; 9]]) {
 /// Element mass, kg: M_ab at `a N + b`.
 pub(crate) fn mass<const N: usize>(
     coords_m: &[[f64; 3]; N],
-    table: &Table<N>,
+    table: &ShapeTable<N>,
     density_kg_m3: f64,
     out: &mut [[f64; 1]],
 ) {
@@ -158,7 +158,7 @@ pub(crate) fn mass<const N: usize>(
 /// the gradients there: G_ab at `a N + b`.
 pub(crate) fn geometric_stiffness<const N: usize>(
     coords_m: &[[f64; 3]; N],
-    table: &Table<N>,
+    table: &ShapeTable<N>,
     stress_pa: impl Fn(usize, &[[f64; 3]; N]) -> [f64; 6],
     out: &mut [[f64; 1]],
 ) {

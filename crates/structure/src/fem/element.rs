@@ -1,7 +1,7 @@
 //! Integrals over one element, whatever its type.
 
 use super::elasticity::{self, Lame, determinant, map_gradients, stress_at};
-use super::tables::{Table, Tables};
+use super::tables::{ShapeTable, Tables};
 use dovetail_mesh::element::ElementType;
 use dovetail_numerics::space::{add_scaled, distance, middle};
 
@@ -15,7 +15,7 @@ const STRAIGHTNESS: f64 = 1e-10;
 /// matrices one for each pair of nodes, row by row.
 pub trait Element: Sync + Send {
     /// Form of the element.
-    fn form(&self, coords_m: &[[f64; 3]]) -> Form;
+    fn form(&self, coords_m: &[[f64; 3]]) -> ElementForm;
 
     /// Stiffness, N/m, in blocks of 3 x 3. `affine` is that of [`Element::form`].
     fn stiffness(&self, coords_m: &[[f64; 3]], affine: bool, lame: Lame, out: &mut [[f64; 9]]);
@@ -65,7 +65,7 @@ impl<'a> Deformed<'a> {
 
 /// Form of an element.
 #[derive(Debug, Clone, Copy)]
-pub struct Form {
+pub struct ElementForm {
     /// Smallest Jacobian determinant over the cube of the longest edge; NaN where that edge is zero
     /// or a coordinate is not finite.
     pub flatness: f64,
@@ -105,7 +105,7 @@ impl<const N: usize> Isoparametric<N> {
     }
 
     /// Table at the integration points of an element with straight edges.
-    pub(super) fn points(&self) -> &Table<N> {
+    pub(super) fn points(&self) -> &ShapeTable<N> {
         self.tables
             .affine
             .as_ref()
@@ -113,7 +113,7 @@ impl<const N: usize> Isoparametric<N> {
     }
 
     /// Stress at each point of a table.
-    fn stress_at_all(&self, deformed: &Deformed<'_>, table: &Table<N>) -> Vec<[f64; 6]> {
+    fn stress_at_all(&self, deformed: &Deformed<'_>, table: &ShapeTable<N>) -> Vec<[f64; 6]> {
         let coords = nodal(deformed.coords_m);
         let displacement = nodal(deformed.displacement_m);
         let centre = &self.tables.centre.gradients[0];
@@ -152,7 +152,7 @@ pub(super) fn nodal<const N: usize>(values: &[[f64; 3]]) -> &[[f64; 3]; N] {
 }
 
 impl<const N: usize> Element for Isoparametric<N> {
-    fn form(&self, coords_m: &[[f64; 3]]) -> Form {
+    fn form(&self, coords_m: &[[f64; 3]]) -> ElementForm {
         let coords = nodal(coords_m);
         let lengths = self.element.shape.edges().iter();
         let longest = lengths
@@ -178,7 +178,7 @@ impl<const N: usize> Element for Isoparametric<N> {
         } else {
             f64::NAN
         };
-        Form {
+        ElementForm {
             flatness,
             affine,
             volume_m3,
@@ -187,7 +187,7 @@ impl<const N: usize> Element for Isoparametric<N> {
 
     fn stiffness(&self, coords_m: &[[f64; 3]], affine: bool, lame: Lame, out: &mut [[f64; 9]]) {
         let enough = self.tables.affine.as_ref().filter(|_| affine);
-        let table: &Table<N> = enough.unwrap_or(&self.tables.stiffness);
+        let table: &ShapeTable<N> = enough.unwrap_or(&self.tables.stiffness);
         elasticity::stiffness(nodal(coords_m), table, lame, out);
     }
 
@@ -229,7 +229,7 @@ impl<const N: usize> Element for Isoparametric<N> {
 }
 
 /// Positions of the points of a table, m.
-fn points_m<const N: usize>(table: &Table<N>, coords_m: &[[f64; 3]; N]) -> Vec<[f64; 3]> {
+fn points_m<const N: usize>(table: &ShapeTable<N>, coords_m: &[[f64; 3]; N]) -> Vec<[f64; 3]> {
     let at = |shapes: &[f64; N]| {
         let mut point = [0.0; 3];
         for (weight, x) in shapes.iter().zip(coords_m) {

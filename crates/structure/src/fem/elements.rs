@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::FemError;
 use super::elasticity::Lame;
-use super::element::{Deformed, Element, Form, Isoparametric, MOST_NODES};
+use super::element::{Deformed, Element, ElementForm, Isoparametric, MOST_NODES};
 use super::incompatible::IncompatibleHexahedron;
 use crate::model::{Body, Material};
 use dovetail_mesh::element::ElementType;
@@ -48,13 +48,16 @@ impl<'a> Elements<'a> {
     /// # Errors
     /// [`FemError::Inverted`] or [`FemError::Degenerate`], with the tags of the elements.
     pub(crate) fn new(body: &'a Body, material: Material) -> Result<Self, FemError> {
-        let forms: Vec<Form> = (0..body.elements.len())
+        let forms: Vec<ElementForm> = (0..body.elements.len())
             .into_par_iter()
             .map(|e| integrals(body, e).form(&values(body, e, &body.nodes_m)))
             .collect();
-        let tags_where = |condition: fn(&Form) -> bool| -> Vec<u64> {
-            let all = forms.iter().zip(body.elements.tags());
-            all.filter(|(s, _)| condition(s)).map(|(_, t)| *t).collect()
+        let tags_where = |condition: fn(&ElementForm) -> bool| -> Vec<u64> {
+            let elements = forms.iter().zip(body.elements.tags());
+            elements
+                .filter(|(s, _)| condition(s))
+                .map(|(_, t)| *t)
+                .collect()
         };
         let degenerate = tags_where(|s| s.flatness.is_nan() || s.flatness.abs() < FLATNESS);
         if !degenerate.is_empty() {
@@ -142,13 +145,13 @@ impl Deref for NodalValues {
 
 /// Values of a nodal field of a body at the nodes of element `e`.
 pub(crate) fn values(body: &Body, e: usize, field: &[[f64; 3]]) -> NodalValues {
-    let nodes = body.elements.of(e);
-    let mut all = NodalValues {
+    let nodes = body.elements.element_nodes(e);
+    let mut gathered = NodalValues {
         values: [[0.0; 3]; MOST_NODES],
         count: nodes.len(),
     };
-    for (value, &node) in all.values.iter_mut().zip(nodes) {
+    for (value, &node) in gathered.values.iter_mut().zip(nodes) {
         *value = field[node as usize];
     }
-    all
+    gathered
 }

@@ -11,7 +11,7 @@ use faer::{Mat, MatRef};
 use nalgebra_sparse::{CooMatrix, CscMatrix};
 
 use super::springs::SpringElement;
-use crate::model::{Body, Place, PlacedMatrices};
+use crate::model::{Body, PlacedMatrices, RowUnknown};
 use dovetail_numerics::dense::{product, self_adjoint_eigenvalues};
 use dovetail_numerics::space::{add_scaled, sub};
 use dovetail_numerics::sparse::times;
@@ -89,21 +89,21 @@ fn add_on_rows(body: &Body, placed: &PlacedMatrices, force_n: &[f64], load_n: &m
 /// Mass, kg, and centre of gravity, m. The centre is not known where the mesh lacks nodes that have
 /// mass.
 pub(crate) fn mass_and_centre(body: &Body, placed: &PlacedMatrices) -> (f64, Option<[f64; 3]>) {
-    let all = placed.translation([1.0, 0.0, 0.0]);
-    let force = mass_times(placed, &all);
+    let unit_motion = placed.translation([1.0, 0.0, 0.0]);
+    let force = mass_times(placed, &unit_motion);
     let dot = |x: &[f64]| x.iter().zip(&force).map(|(x, f)| x * f).sum::<f64>();
-    let mass_kg = dot(&all);
-    let position = |place: &Place| match *place {
-        Place::Displacement { node, .. } => Some(body.nodes_m[node as usize]),
-        Place::Other { .. } | Place::Empty => None,
+    let mass_kg = dot(&unit_motion);
+    let position = |place: &RowUnknown| match *place {
+        RowUnknown::Displacement { node, .. } => Some(body.nodes_m[node as usize]),
+        RowUnknown::Other { .. } | RowUnknown::Empty => None,
     };
     let largest = force.iter().fold(0.0, |most: f64, f| most.max(f.abs()));
-    let known = placed.places.iter().zip(&all).zip(&force);
+    let known = placed.places.iter().zip(&unit_motion).zip(&force);
     let unknown = known
         .filter(|((place, along), _)| position(place).is_none() && **along != 0.0)
         .any(|(_, f)| f.abs() > NO_MASS * largest);
     let moment = |axis: usize| {
-        let arms = placed.places.iter().zip(&all);
+        let arms = placed.places.iter().zip(&unit_motion);
         let arms = arms.map(|(place, along)| position(place).map_or(0.0, |x| x[axis] * along));
         dot(&arms.collect::<Vec<_>>())
     };
@@ -212,9 +212,9 @@ fn add_springs(body: &Body, springs: &[SpringElement], stiffness: &mut CooMatrix
 }
 
 fn diagonal(matrix: &CscMatrix<f64>) -> Vec<f64> {
-    let mut all = vec![0.0; matrix.ncols()];
+    let mut diagonal = vec![0.0; matrix.ncols()];
     for (_, j, v) in matrix.triplet_iter().filter(|(i, j, _)| i == j) {
-        all[j] = *v;
+        diagonal[j] = *v;
     }
-    all
+    diagonal
 }

@@ -10,8 +10,8 @@
 use nalgebra_sparse::na::SMatrix;
 
 use super::elasticity::{self, Lame, Map, add_stiffness, mirror_blocks, stress_at};
-use super::element::{Deformed, Element, Form, Isoparametric, nodal};
-use super::tables::Table;
+use super::element::{Deformed, Element, ElementForm, Isoparametric, nodal};
+use super::tables::ShapeTable;
 use dovetail_mesh::element::ElementType;
 use dovetail_mesh::interpolation::{centre, reference_nodes};
 use dovetail_mesh::quadrature::Rule;
@@ -67,11 +67,11 @@ impl IncompatibleHexahedron {
         let middle = Map::new(coords_m, &tables.centre.gradients[0]);
         let here = Map::new(coords_m, reference);
         let scale = middle.determinant_m3 / here.determinant_m3;
-        let mut all = [[0.0; 3]; ALL];
-        all[..N].copy_from_slice(&here.gradients(reference));
+        let mut gradients = [[0.0; 3]; ALL];
+        gradients[..N].copy_from_slice(&here.gradients(reference));
         let internal = middle.gradients(internal);
-        all[N..].copy_from_slice(&internal.map(|g| g.map(|g| scale * g)));
-        (here.determinant_m3, all)
+        gradients[N..].copy_from_slice(&internal.map(|g| g.map(|g| scale * g)));
+        (here.determinant_m3, gradients)
     }
 
     /// Stiffness on nodes and internal functions.
@@ -96,8 +96,8 @@ impl IncompatibleHexahedron {
         let coords_m = nodal(deformed.coords_m);
         let displacement_m: &[[f64; 3]; N] = nodal(deformed.displacement_m);
         let whole = self.whole_stiffness(coords_m, deformed.lame);
-        let mut all = [[0.0; 3]; ALL];
-        all[..N].copy_from_slice(displacement_m);
+        let mut displacements = [[0.0; 3]; ALL];
+        displacements[..N].copy_from_slice(displacement_m);
         let mut force = SMatrix::<f64, 9, 1>::zeros();
         for i in 0..9 {
             for (b, u) in displacement_m.iter().enumerate() {
@@ -108,10 +108,10 @@ impl IncompatibleHexahedron {
         if let Some(factor) = internal_part(&whole).cholesky() {
             let internal = factor.solve(&force);
             for i in 0..9 {
-                all[N + i / 3][i % 3] = internal[i];
+                displacements[N + i / 3][i % 3] = internal[i];
             }
         }
-        (coords_m, all)
+        (coords_m, displacements)
     }
 
     /// Stress where nodes and internal functions have these reference gradients.
@@ -132,7 +132,7 @@ impl IncompatibleHexahedron {
     fn stress_at_all(
         &self,
         deformed: &Deformed<'_>,
-        table: &Table<N>,
+        table: &ShapeTable<N>,
         internal: &Internal,
     ) -> Vec<[f64; 6]> {
         let (coords, u) = self.whole_displacement(deformed);
@@ -157,7 +157,7 @@ fn internal_part(whole: &[[f64; 9]]) -> SMatrix<f64, 9, 9> {
 }
 
 impl Element for IncompatibleHexahedron {
-    fn form(&self, coords_m: &[[f64; 3]]) -> Form {
+    fn form(&self, coords_m: &[[f64; 3]]) -> ElementForm {
         self.compatible.form(coords_m)
     }
 
@@ -193,7 +193,7 @@ impl Element for IncompatibleHexahedron {
     fn geometric_stiffness(&self, deformed: &Deformed<'_>, out: &mut [[f64; 1]]) {
         let (coords, u) = self.whole_displacement(deformed);
         let lame = deformed.lame;
-        let table: &Table<N> = &self.compatible.tables.stiffness;
+        let table: &ShapeTable<N> = &self.compatible.tables.stiffness;
         let stress = |point: usize, _: &[[f64; 3]; N]| {
             let (reference, internal) = (&table.gradients[point], &self.at_points[point]);
             self.stress(coords, &u, reference, internal, lame)

@@ -3,8 +3,8 @@
 use super::loads::add_load;
 use super::{FemError, expand_to_nodes, given};
 use crate::model::{
-    AppliedLoad, BladeInfluence, BodyNode, ContactPair, Dashpot, Excitation, Matrices, Model,
-    NodeMotion, Observation, Side, Slave,
+    AppliedLoad, BladeInfluence, BodyNode, ContactPair, Dashpot, MatrixOrigin, Model,
+    ModelExcitation, NodeMotion, Observation, Side, Slave,
 };
 use crate::reduction::craig_bampton::fixed_interface_modes;
 use crate::structure::{
@@ -23,12 +23,12 @@ use faer::Mat;
 pub fn join(model: &Model, bodies: Vec<BodyMatrices>) -> Result<Structure, FemError> {
     let nothing = || -> BodyVectors { bodies.iter().map(|b| vec![0.0; b.dofs()]).collect() };
     let steady_parts = steady_parts(model, &bodies);
-    let excitation = |excitation: &Excitation| {
+    let excitation = |excitation: &ModelExcitation| {
         let mut load = nothing();
         for (body, applied) in &excitation.loads {
             add_load(&model.bodies[*body], applied, &mut load[*body]);
         }
-        hold(model, &mut load);
+        zero_held_loads(model, &mut load);
         load
     };
     let displacement = |terms: &[(BodyNode, [f64; 3])]| {
@@ -46,7 +46,7 @@ pub fn join(model: &Model, bodies: Vec<BodyMatrices>) -> Result<Structure, FemEr
     };
     let dashpot = |dashpot: &Dashpot| {
         let mut load = displacement(&dashpot.terms);
-        hold(model, &mut load);
+        zero_held_loads(model, &mut load);
         (dashpot.damping_n_s_m, load)
     };
     let influence = model.cyclic.as_ref().and_then(|c| c.influence.as_ref());
@@ -68,11 +68,12 @@ pub fn join(model: &Model, bodies: Vec<BodyMatrices>) -> Result<Structure, FemEr
 /// [`FemError::ContactNodeNotFree`].
 pub(super) fn joints(model: &Model) -> Result<Vec<Joint>, FemError> {
     let pairs = model.pairs.iter();
-    let pairs = pairs.map(|pair| (&pair.slave, Some(turned(pair))));
+    let pairs = pairs.map(|pair| (&pair.slave, Some(pair_rotation(pair))));
     let tied = model.cyclic.iter().flat_map(|cyclic| &cyclic.ties);
     let bonded = model.bonded.iter().chain(tied).map(|slave| (slave, None));
-    let all = pairs.chain(bonded);
-    all.map(|(slave, turned)| joint(model, slave, turned))
+    let joints = pairs.chain(bonded);
+    joints
+        .map(|(slave, turned)| joint(model, slave, turned))
         .collect()
 }
 
@@ -118,9 +119,9 @@ fn influenced(
 }
 
 /// Takes a load from the degrees of freedom that do not move.
-fn hold(model: &Model, load: &mut BodyVectors) {
+fn zero_held_loads(model: &Model, load: &mut BodyVectors) {
     for (body, load) in model.bodies.iter().zip(load) {
-        super::hold(body, load);
+        super::zero_held_loads(body, load);
     }
 }
 
@@ -151,7 +152,7 @@ fn steady_parts(model: &Model, bodies: &[BodyMatrices]) -> Vec<SteadyPart> {
                 add_load(body, own, load);
             }
         }
-        hold(model, &mut load);
+        zero_held_loads(model, &mut load);
         parts.push(SteadyPart {
             cause: SteadyCause::Load(number),
             load,
@@ -160,11 +161,11 @@ fn steady_parts(model: &Model, bodies: &[BodyMatrices]) -> Vec<SteadyPart> {
     }
     let mut with_matrices = nothing();
     for (body, load) in model.bodies.iter().zip(&mut with_matrices) {
-        if let Matrices::Given(placed) = &body.matrices {
+        if let MatrixOrigin::Given(placed) = &body.matrices {
             *load = given::steady_load(body, placed);
         }
     }
-    hold(model, &mut with_matrices);
+    zero_held_loads(model, &mut with_matrices);
     if with_matrices.iter().flatten().any(|f| *f != 0.0) {
         parts.push(SteadyPart {
             cause: SteadyCause::Matrices,
@@ -203,7 +204,7 @@ fn joint(model: &Model, slave: &Slave, turned: Option<[[f64; 3]; 3]>) -> Result<
 }
 
 /// Matrix that turns the relative displacements of a pair into those of its slave node.
-fn turned(pair: &ContactPair) -> [[f64; 3]; 3] {
+fn pair_rotation(pair: &ContactPair) -> [[f64; 3]; 3] {
     let sign = match pair.side {
         Side::First => 1.0,
         Side::Second => -1.0,

@@ -9,7 +9,7 @@ use nalgebra_sparse::CscMatrix;
 use super::element::MOST_NODES;
 use super::elements::element_mass;
 use super::given;
-use crate::model::{AppliedLoad, Body, Matrices, Traction};
+use crate::model::{AppliedLoad, Body, MatrixOrigin, Traction};
 use dovetail_mesh::facet::{Share, shares};
 use dovetail_numerics::space::add_scaled;
 
@@ -23,8 +23,8 @@ pub(crate) fn add_load(body: &Body, load: &AppliedLoad, load_n: &mut [f64]) {
         }
         AppliedLoad::Acceleration { vector_m_s2 } => {
             let material = match &body.matrices {
-                Matrices::Elements(material) => material,
-                Matrices::Given(placed) => {
+                MatrixOrigin::Elements(material) => material,
+                MatrixOrigin::Given(placed) => {
                     return given::add_inertia(body, placed, *vector_m_s2, load_n);
                 }
             };
@@ -122,7 +122,7 @@ mod tests {
         let n = nodes_m.len();
         Body {
             name: "facet".into(),
-            matrices: Matrices::Elements(Material {
+            matrices: MatrixOrigin::Elements(Material {
                 young_pa: 1.0,
                 poisson: 0.0,
                 density_kg_m3: 1.0,

@@ -4,7 +4,7 @@
 use super::element::MOST_NODES;
 use super::elements::Elements;
 use super::{FemError, given, spin};
-use crate::model::{Body, Matrices, Rotation};
+use crate::model::{Body, MatrixOrigin, Rotation};
 use dovetail_numerics::space::add_scaled;
 
 /// Mass properties of one body, computed from its finite elements or its matrices.
@@ -32,8 +32,8 @@ pub fn mass_properties(
 ) -> Result<MassProperties, FemError> {
     let rotation = rotation.filter(|r| body.rotates && r.speed_rad_s != 0.0);
     let material = match &body.matrices {
-        Matrices::Elements(material) => *material,
-        Matrices::Given(placed) => {
+        MatrixOrigin::Elements(material) => *material,
+        MatrixOrigin::Given(placed) => {
             let (mass_kg, centre_m) = given::mass_and_centre(body, placed);
             return Ok(MassProperties {
                 volume_m3: None,

@@ -37,7 +37,7 @@ use rayon::iter::{
     IndexedParallelIterator, IntoParallelIterator, IntoParallelRefIterator, ParallelIterator,
 };
 
-use crate::model::{Body, BodyPrestress, Matrices, Model, Rotation};
+use crate::model::{Body, BodyPrestress, MatrixOrigin, Model, Rotation};
 use crate::structure::{BodyMatrices, Joint, Structure};
 use assembly::{
     LowerBlocks, NodePattern, add_springs, renew, sum_elements, symmetric_matrix,
@@ -53,10 +53,10 @@ pub use statics::expand_to_nodes;
 
 /// Static displacement of all nodes of each body that its prestress comes from, m; `None` for a body
 /// without prestress.
-pub type Prestressed = Vec<Option<OnNodes>>;
+pub type Prestressed = Vec<Option<NodeDisplacements>>;
 
 /// Displacement of all nodes of a body, m.
-pub type OnNodes = Vec<[f64; 3]>;
+pub type NodeDisplacements = Vec<[f64; 3]>;
 
 /// Assembles all bodies in parallel. Where the prestress is that of the static state with contact,
 /// which the bodies by themselves do not determine, the stiffness is that without stress. It gives
@@ -108,7 +108,7 @@ pub fn assemble_with<T: Send>(
 /// The errors of [`assemble`].
 pub fn assemble_stressed(
     model: &Model,
-    prestressed: &[Option<OnNodes>],
+    prestressed: &[Option<NodeDisplacements>],
 ) -> Result<Structure, FemError> {
     let rotation = model.rotation.as_ref();
     let bodies = model.bodies.par_iter().zip(prestressed);
@@ -126,11 +126,11 @@ pub fn assemble_stressed(
 /// Bad elements: see [`FemError`].
 pub fn geometric_stiffness(
     model: &Model,
-    displacements: &[OnNodes],
+    displacements: &[NodeDisplacements],
 ) -> Result<Vec<CscMatrix<f64>>, FemError> {
     let bodies = model.bodies.par_iter().zip(displacements);
     let bodies = bodies.map(|(body, displacement_m)| {
-        let Matrices::Elements(material) = &body.matrices else {
+        let MatrixOrigin::Elements(material) = &body.matrices else {
             let dofs = 3 * body.dofs.free_nodes();
             return Ok(CscMatrix::zeros(dofs, dofs));
         };
@@ -163,7 +163,7 @@ pub fn assemble_body(
 fn body_matrices(
     body: &Body,
     rotation: Option<&Rotation>,
-    prestressed: Option<&OnNodes>,
+    prestressed: Option<&NodeDisplacements>,
 ) -> Result<BodyMatrices, FemError> {
     let (matrices, parts) = Assembled::new(body, rotation)?;
     Ok(parts.stressed(matrices, prestressed))
@@ -194,8 +194,8 @@ impl<'a> Assembled<'a> {
     ) -> Result<(BodyMatrices, Self), FemError> {
         let springs = spring_elements(body);
         let material = match &body.matrices {
-            Matrices::Elements(material) => *material,
-            Matrices::Given(placed) => {
+            MatrixOrigin::Elements(material) => *material,
+            MatrixOrigin::Given(placed) => {
                 let (mut stiffness, mass) = given::matrices(body, placed, &springs);
                 loads::uncouple(&mut stiffness, &body.held_dofs);
                 let load_n = steady_load(body, given::steady_load(body, placed));
@@ -225,7 +225,7 @@ impl<'a> Assembled<'a> {
             let omega2 = rotation.speed_rad_s * rotation.speed_rad_s;
             let some_omega2 = if omega2 > 0.0 { omega2 } else { 1.0 };
             let mut centrifugal_n = spin::centrifugal_load(body, &elements, rotation, some_omega2);
-            hold(body, &mut centrifugal_n);
+            zero_held_loads(body, &mut centrifugal_n);
             centrifugal_n_s2 = centrifugal_n.iter().map(|f| f / some_omega2).collect();
             if omega2 > 0.0 {
                 load_n = centrifugal_n;
@@ -252,7 +252,7 @@ impl<'a> Assembled<'a> {
         &self,
         matrices: &BodyMatrices,
         solve: &SolveSpd,
-    ) -> Result<Option<OnNodes>, FemError> {
+    ) -> Result<Option<NodeDisplacements>, FemError> {
         match self.rotation.map(|r| r.prestress) {
             Some(BodyPrestress::HeldFlanks) => {
                 let (stiffness, load_n) = (&matrices.stiffness, &matrices.load_n);
@@ -263,7 +263,11 @@ impl<'a> Assembled<'a> {
     }
 
     /// The matrices with the prestress of a displacement.
-    fn stressed(self, mut matrices: BodyMatrices, prestressed: Option<&OnNodes>) -> BodyMatrices {
+    fn stressed(
+        self,
+        mut matrices: BodyMatrices,
+        prestressed: Option<&NodeDisplacements>,
+    ) -> BodyMatrices {
         let (Some(u0), Some(of_elements)) = (prestressed, self.elements) else {
             return matrices;
         };
@@ -289,12 +293,12 @@ fn steady_load(body: &Body, mut load_n: Vec<f64>) -> Vec<f64> {
     for (_, load) in &body.loads {
         loads::add_load(body, load, &mut load_n);
     }
-    hold(body, &mut load_n);
+    zero_held_loads(body, &mut load_n);
     load_n
 }
 
 /// Takes a load from the degrees of freedom that do not move.
-fn hold(body: &Body, load_n: &mut [f64]) {
+fn zero_held_loads(body: &Body, load_n: &mut [f64]) {
     for &dof in &body.held_dofs {
         load_n[dof as usize] = 0.0;
     }

@@ -12,8 +12,10 @@ use nalgebra_sparse::CscMatrix;
 
 use super::loads::add_load;
 use super::springs::spring_elements;
-use super::{FemError, OnNodes, body_matrices, given, steady_load};
-use crate::model::{AppliedLoad, Body, DofMap, Matrices, NodeMotion, Place, Rotation, Row};
+use super::{FemError, NodeDisplacements, body_matrices, given, steady_load};
+use crate::model::{
+    AppliedLoad, Body, DofMap, MatrixOrigin, NodeMotion, Rotation, Row, RowUnknown,
+};
 use dovetail_mesh::Connectivity;
 
 /// Equations of a body at some of its nodes.
@@ -41,16 +43,16 @@ impl Released {
         body: &Body,
         nodes: &BTreeSet<u32>,
         rotation: Option<&Rotation>,
-        prestressed_m: Option<&OnNodes>,
+        prestressed_m: Option<&NodeDisplacements>,
     ) -> Result<Self, FemError> {
         let part = part(body, nodes);
         let (stiffness, mass, load_n) = match &part.matrices {
-            Matrices::Elements(_) => {
+            MatrixOrigin::Elements(_) => {
                 let rotation = rotation.filter(|_| body.rotates);
-                let all = body_matrices(&part, rotation, prestressed_m)?;
-                (all.stiffness, all.mass, all.load_n)
+                let matrices = body_matrices(&part, rotation, prestressed_m)?;
+                (matrices.stiffness, matrices.mass, matrices.load_n)
             }
-            Matrices::Given(placed) => {
+            MatrixOrigin::Given(placed) => {
                 let (stiffness, mass) = given::summed(&part, placed, &spring_elements(&part));
                 let load_n = steady_load(&part, given::steady_load(&part, placed));
                 (stiffness, mass, load_n)
@@ -85,20 +87,20 @@ impl Released {
     }
 
     /// Values of a vector of the part, n, at one of the nodes.
-    pub fn at(&self, node: u32, values: &[f64]) -> [f64; 3] {
+    pub fn node_values(&self, node: u32, values: &[f64]) -> [f64; 3] {
         let free = self.part.dofs.free(node);
         free.map_or([0.0; 3], |n| [0, 1, 2].map(|k| values[3 * n + k]))
     }
 
     /// Sum of the values of a vector of the part, n, on the rotations of a node, each along its
     /// axis. Matrices of another program alone have rotations.
-    pub fn on_rotations(&self, node: u32, values: &[f64]) -> [f64; 3] {
+    pub fn rotation_sum(&self, node: u32, values: &[f64]) -> [f64; 3] {
         let mut sum = [0.0; 3];
-        let Matrices::Given(placed) = &self.part.matrices else {
+        let MatrixOrigin::Given(placed) = &self.part.matrices else {
             return sum;
         };
         for (place, row) in placed.places.iter().zip(placed.given.rows()) {
-            let (Place::Other { number, rotates }, Row::Node { direction, .. }) = (place, row)
+            let (RowUnknown::Other { number, rotates }, Row::Node { direction, .. }) = (place, row)
             else {
                 continue;
             };

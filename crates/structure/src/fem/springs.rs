@@ -86,9 +86,9 @@ fn foundation(body: &Body, spring: &Spring, facets: &[Vec<u32>]) -> Vec<SpringEl
         let coords: Vec<[f64; 3]> = facet.iter().map(|&n| body.nodes_m[n as usize]).collect();
         products(&coords)
     };
-    let all: Vec<Vec<f64>> = facets.iter().map(of_facet).collect();
+    let facet_springs: Vec<Vec<f64>> = facets.iter().map(of_facet).collect();
     // The shape functions add up to one.
-    let area: f64 = all.iter().flatten().sum();
+    let area: f64 = facet_springs.iter().flatten().sum();
     let one = |(facet, products): (&Vec<u32>, Vec<f64>)| {
         let block = |product: f64| scaled(projector(spring), spring.stiffness_n_m * product / area);
         SpringElement {
@@ -96,24 +96,36 @@ fn foundation(body: &Body, spring: &Spring, facets: &[Vec<u32>]) -> Vec<SpringEl
             matrix: products.into_iter().map(block).collect(),
         }
     };
-    facets.iter().zip(all).map(one).collect()
+    facets.iter().zip(facet_springs).map(one).collect()
 }
 
 fn links(spring: &Spring, chain: &SpringChain) -> Vec<SpringElement> {
     let stiffness_n_m = chain.links.len() as f64 * spring.stiffness_n_m;
-    let behind = |j: usize| chain.nodes.get(j).map(|node| (*node, Factor::Whole(1.0)));
-    let before = |j: usize| Some((*chain.nodes.get(j.checked_sub(1)?)?, Factor::Whole(-1.0)));
+    let behind = |j: usize| {
+        chain
+            .nodes
+            .get(j)
+            .map(|node| (*node, LinkFactor::Whole(1.0)))
+    };
+    let before = |j: usize| {
+        Some((
+            *chain.nodes.get(j.checked_sub(1)?)?,
+            LinkFactor::Whole(-1.0),
+        ))
+    };
     let link = |(j, &(node, weight)): (usize, &(u32, f64))| {
-        let on = Some((node, Factor::Along(-weight)));
-        let ends: Vec<(u32, Factor)> = [behind(j), before(j), on].into_iter().flatten().collect();
+        let on = Some((node, LinkFactor::Along(-weight)));
+        let ends: Vec<(u32, LinkFactor)> =
+            [behind(j), before(j), on].into_iter().flatten().collect();
         let mut matrix = Vec::new();
         for (_, a) in &ends {
             for (_, b) in &ends {
                 let block = match (a, b) {
-                    (Factor::Whole(a), Factor::Whole(b)) => scaled(IDENTITY, a * b),
-                    (Factor::Whole(a) | Factor::Along(a), Factor::Whole(b) | Factor::Along(b)) => {
-                        scaled(projector(spring), a * b)
-                    }
+                    (LinkFactor::Whole(a), LinkFactor::Whole(b)) => scaled(IDENTITY, a * b),
+                    (
+                        LinkFactor::Whole(a) | LinkFactor::Along(a),
+                        LinkFactor::Whole(b) | LinkFactor::Along(b),
+                    ) => scaled(projector(spring), a * b),
                 };
                 matrix.push(scaled(block, stiffness_n_m));
             }
@@ -128,7 +140,7 @@ fn links(spring: &Spring, chain: &SpringChain) -> Vec<SpringElement> {
 
 /// Contribution of a node to the length of a link: all of its displacement, or that along the
 /// spring.
-enum Factor {
+enum LinkFactor {
     Whole(f64),
     Along(f64),
 }

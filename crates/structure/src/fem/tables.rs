@@ -1,12 +1,12 @@
 //! Shape functions of an element, tabulated at the points of its rules of quadrature.
 
 use dovetail_mesh::element::{ElementType, Shape};
-use dovetail_mesh::interpolation::{self, of_element};
+use dovetail_mesh::interpolation::{self, element_functions};
 use dovetail_mesh::quadrature::{Rule, triangle};
 
 /// Shape functions and their reference derivatives at the points of a rule.
 #[derive(Debug, Clone)]
-pub struct Table<const N: usize> {
+pub struct ShapeTable<const N: usize> {
     /// Weight of each point.
     pub weights: Vec<f64>,
     /// Shape functions at each point.
@@ -15,7 +15,7 @@ pub struct Table<const N: usize> {
     pub gradients: Vec<[[f64; 3]; N]>,
 }
 
-impl<const N: usize> Table<N> {
+impl<const N: usize> ShapeTable<N> {
     /// Table of an element of `N` nodes at the points of a rule.
     pub(crate) fn new(element: ElementType, rule: &Rule) -> Self {
         let mut table = Self {
@@ -24,7 +24,7 @@ impl<const N: usize> Table<N> {
             gradients: Vec::new(),
         };
         for &point in &rule.points {
-            let functions = of_element(element, point);
+            let functions = element_functions(element, point);
             assert_eq!(functions.len(), N, "the element has N nodes");
             table
                 .shapes
@@ -41,25 +41,25 @@ impl<const N: usize> Table<N> {
 #[derive(Debug, Clone)]
 pub struct Tables<const N: usize> {
     /// Table in the middle ([`interpolation::centre`]).
-    pub centre: Table<N>,
+    pub centre: ShapeTable<N>,
     /// Table at the element's own nodes (weights are zero).
-    pub nodes: Table<N>,
+    pub nodes: ShapeTable<N>,
     /// Table of a rule that is exact for the internal force of a uniform stress, in curved elements
     /// too (so that they pass the patch test), and for stiffness and geometric stiffness of affine
     /// elements (tetrahedra with straight edges, parallelepipeds, and their counterparts).
-    pub stiffness: Table<N>,
+    pub stiffness: ShapeTable<N>,
     /// Table of a rule that is exact for the mass of elements with straight edges, and for the
     /// volume of curved ones.
-    pub mass: Table<N>,
+    pub mass: ShapeTable<N>,
     /// Table for tetrahedra alone, sufficient for the stiffness where the edges are straight and
     /// the Jacobian is the same everywhere.
-    pub affine: Option<Table<N>>,
+    pub affine: Option<ShapeTable<N>>,
 }
 
 impl<const N: usize> Tables<N> {
     /// Tables of an element of `N` nodes.
     pub(crate) fn new(element: ElementType) -> Self {
-        let table = |rule: Rule| Table::new(element, &rule);
+        let table = |rule: Rule| ShapeTable::new(element, &rule);
         let cube = |n| table(Rule::cube(n));
         let wedge = |degree, n| table(Rule::wedge(&triangle(degree), n));
         let quadratic = element.nodes() > element.shape.corners();
@@ -80,8 +80,8 @@ impl<const N: usize> Tables<N> {
         };
         let nodes = interpolation::reference_nodes(element);
         Self {
-            centre: table(Rule::at(&[interpolation::centre(element.shape)])),
-            nodes: table(Rule::at(&nodes)),
+            centre: table(Rule::unweighted(&[interpolation::centre(element.shape)])),
+            nodes: table(Rule::unweighted(&nodes)),
             stiffness,
             mass,
             affine,

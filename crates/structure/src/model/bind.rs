@@ -1,7 +1,7 @@
 //! Binding of an assembly to a mesh: looks up groups, numbers bodies, and ties contacts, forces and
 //! observed points to nodes.
 
-use super::builder::{BodyBuilder, Source};
+use super::builder::{BodyBuilder, MatrixContents};
 use super::cyclic::cyclic;
 use super::excitations::excitations;
 use super::groups::first_tags;
@@ -115,9 +115,9 @@ fn source<'a>(
     assembly: &Assembly,
     spec: &'a BodySpec,
     files: Option<&'a NamedFiles>,
-) -> Result<Source<'a>, ModelError> {
+) -> Result<MatrixContents<'a>, ModelError> {
     let given = match &spec.matrices {
-        MatrixSource::Elements(material) => return Ok(Source::Elements(material)),
+        MatrixSource::Elements(material) => return Ok(MatrixContents::Elements(material)),
         MatrixSource::Given(given) => given,
         MatrixSource::Files(named) => {
             let read = files.and_then(|files| files.matrices.get(&spec.name));
@@ -127,7 +127,7 @@ fn source<'a>(
             })?
         }
     };
-    Ok(Source::Given(given, axes_of(assembly, spec)))
+    Ok(MatrixContents::Given(given, axes_of(assembly, spec)))
 }
 
 fn check_disjoint(bodies: &[BodyBuilder], mesh: &Mesh) -> Result<(), ModelError> {

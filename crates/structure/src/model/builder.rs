@@ -8,9 +8,10 @@ use super::dofs::{Roles, number};
 use super::gather::name_for;
 use super::groups::{Outside, find_group};
 use super::material::material;
-use super::matrices::{GivenMatrices, Place, PlacedMatrices, place};
+use super::matrices::{GivenMatrices, PlacedMatrices, RowUnknown, place};
 use super::{
-    AppliedLoad, Body, DofMap, Matrices, ModelError, NodeMotion, Spring, StraightenedEdges, Support,
+    AppliedLoad, Body, DofMap, MatrixOrigin, ModelError, NodeMotion, Spring, StraightenedEdges,
+    Support,
 };
 use crate::model::{BodySpec, MaterialSpec, RotationSpec};
 use dovetail_mesh::element::sorted_facet;
@@ -30,7 +31,7 @@ enum Unfinished {
 }
 
 /// Source of the matrices of a body, with the contents of its files.
-pub(super) enum Source<'a> {
+pub(super) enum MatrixContents<'a> {
     /// Finite elements of this material.
     Elements(&'a MaterialSpec),
     /// Matrices of another program, and their axes where the body is turned.
@@ -67,7 +68,7 @@ impl BodyBuilder {
     pub(super) fn new(
         spec: &BodySpec,
         mesh: &Mesh,
-        source: Source<'_>,
+        source: MatrixContents<'_>,
         sprung: &HashMap<u32, [bool; 3]>,
     ) -> Result<Self, ModelError> {
         let used_by = format!("body `{}`", spec.name);
@@ -84,14 +85,14 @@ impl BodyBuilder {
         };
         let mut held = vec![[false; 3]; nodes];
         let matrices = match source {
-            Source::Elements(_) if group.elements.is_empty() => {
+            MatrixContents::Elements(_) if group.elements.is_empty() => {
                 return Err(ModelError::SurfaceAlone {
                     body: spec.name.clone(),
                     volume: spec.volume.clone(),
                 });
             }
-            Source::Elements(material) => Unfinished::Elements(material.clone()),
-            Source::Given(given, axes) => {
+            MatrixContents::Elements(material) => Unfinished::Elements(material.clone()),
+            MatrixContents::Given(given, axes) => {
                 let tags = group.nodes.iter().map(|&n| mesh.node_tags[n as usize]);
                 let tags: Vec<u64> = tags.collect();
                 let along = group.nodes.iter().map(|n| sprung.get(n).copied());
@@ -102,7 +103,7 @@ impl BodyBuilder {
                     roles.fixed[node] = known == [false; 3];
                     held[node] = known.map(|known| !known);
                 }
-                roles.auxiliary = vec![false; placed.others().div_ceil(3)];
+                roles.auxiliary = vec![false; placed.unmeshed_unknowns().div_ceil(3)];
                 Unfinished::Given(placed)
             }
         };
@@ -158,9 +159,9 @@ impl BodyBuilder {
         let mut facets: Vec<(u64, &[u32])> = Vec::new();
         if self.elements.is_empty() {
             let mut seen: HashSet<[u32; 4]> = HashSet::new();
-            let all = mesh.facets.iter().zip(mesh.facets.tags());
-            let own = all.filter(|(nodes, _)| nodes.iter().all(|&n| self.has(n)));
-            let once = own.filter(|(nodes, _)| seen.insert(sorted_facet(nodes)));
+            let all_facets = mesh.facets.iter().zip(mesh.facets.tags());
+            let outside_facets = all_facets.filter(|(nodes, _)| nodes.iter().all(|&n| self.has(n)));
+            let once = outside_facets.filter(|(nodes, _)| seen.insert(sorted_facet(nodes)));
             facets.extend(once.map(|(nodes, &tag)| (tag, nodes)));
         }
         Outside {
@@ -197,7 +198,7 @@ impl BodyBuilder {
     }
 
     /// Those of these nodes of the mesh that have no row in the matrices of another program.
-    pub(super) fn without_rows(&self, mesh_nodes: &[u32]) -> Vec<u32> {
+    pub(super) fn nodes_lacking_rows(&self, mesh_nodes: &[u32]) -> Vec<u32> {
         let Unfinished::Given(placed) = &self.matrices else {
             return Vec::new();
         };
@@ -209,7 +210,7 @@ impl BodyBuilder {
     pub(super) fn fix(&mut self, spec: &BodySpec, mesh: &Mesh) -> Result<(), ModelError> {
         let used_by = |key| format!("body `{}`, {key}", spec.name);
         for name in &spec.fixed {
-            let nodes = self.own_nodes(name, mesh, &used_by("fixed"))?;
+            let nodes = self.body_nodes(name, mesh, &used_by("fixed"))?;
             for &n in &nodes {
                 self.roles.fixed[n as usize] = true;
             }
@@ -218,7 +219,7 @@ impl BodyBuilder {
         for (axis, groups) in spec.fixed_along.iter().enumerate() {
             let key = ["fixed_x", "fixed_y", "fixed_z"][axis];
             for name in groups {
-                let nodes = self.own_nodes(name, mesh, &used_by(key))?;
+                let nodes = self.body_nodes(name, mesh, &used_by(key))?;
                 for &n in &nodes {
                     self.held[n as usize][axis] = true;
                 }
@@ -277,18 +278,18 @@ impl BodyBuilder {
     }
 
     /// Nodes of the body (local) in a group, at least one.
-    fn own_nodes(&self, name: &str, mesh: &Mesh, used_by: &str) -> Result<Vec<u32>, ModelError> {
+    fn body_nodes(&self, name: &str, mesh: &Mesh, used_by: &str) -> Result<Vec<u32>, ModelError> {
         let name = name_for(mesh, &self.name, name);
         let group = find_group(mesh, &name, None, used_by)?;
-        let own = group.nodes.iter().map(|&n| self.local[n as usize]);
-        let own: Vec<u32> = own.filter(|&n| n != NONE).collect();
-        if own.is_empty() {
+        let local_nodes = group.nodes.iter().map(|&n| self.local[n as usize]);
+        let nodes: Vec<u32> = local_nodes.filter(|&n| n != NONE).collect();
+        if nodes.is_empty() {
             return Err(ModelError::FixedElsewhere {
                 body: self.name.clone(),
                 group: name.into_owned(),
             });
         }
-        Ok(own)
+        Ok(nodes)
     }
 
     /// Free degrees of freedom that are held, ascending. Tied nodes follow their corners.
@@ -297,9 +298,9 @@ impl BodyBuilder {
         if let Unfinished::Given(given) = &self.matrices {
             // Of the unknowns that are not on the mesh, rotations of supports are held, and what
             // fills the last auxiliary node.
-            let mut moves = vec![false; 3 * given.others().div_ceil(3)];
+            let mut moves = vec![false; 3 * given.unmeshed_unknowns().div_ceil(3)];
             for place in &given.places {
-                if let Place::Other { number, rotates } = *place {
+                if let RowUnknown::Other { number, rotates } = *place {
                     moves[number as usize] = rotates.is_none_or(|n| !self.roles.fixed[n as usize]);
                 }
             }
@@ -347,7 +348,7 @@ impl BodyBuilder {
             // Matrices of another program are those of the edges as they are.
             return Ok(None);
         }
-        let mut found = StraightenedEdges {
+        let mut straightened = StraightenedEdges {
             body: self.name.clone(),
             edges: 0,
             largest_m: 0.0,
@@ -362,20 +363,20 @@ impl BodyBuilder {
             let share = off_m / distance(a, b);
             if share > STRAIGHT {
                 is_moved[node as usize] = true;
-                found.edges += 1;
-                found.largest_m = found.largest_m.max(off_m);
-                found.largest_share = found.largest_share.max(share);
+                straightened.edges += 1;
+                straightened.largest_m = straightened.largest_m.max(off_m);
+                straightened.largest_share = straightened.largest_share.max(share);
                 *at = half_way;
             }
         }
-        if found.edges == 0 {
+        if straightened.edges == 0 {
             return Ok(None);
         }
         let mut folded = Vec::new();
         for &e in &self.elements {
-            let nodes = mesh.elements.of(e as usize).iter();
+            let nodes = mesh.elements.element_nodes(e as usize).iter();
             let nodes: Vec<usize> = nodes.map(|&n| self.local(n) as usize).collect();
-            let element = ElementType::with_nodes(nodes.len());
+            let element = ElementType::from_node_count(nodes.len());
             if let Some(element) = element.filter(|_| nodes.iter().any(|n| is_moved[*n])) {
                 let x: Vec<[f64; 3]> = nodes.iter().map(|&n| self.nodes_m[n]).collect();
                 if folds(element, &x) {
@@ -384,13 +385,13 @@ impl BodyBuilder {
             }
         }
         if folded.is_empty() {
-            Ok(Some(found))
+            Ok(Some(straightened))
         } else {
             Err(ModelError::FoldedAtFlank {
                 body: self.name.clone(),
                 count: folded.len(),
                 tags: folded.into_iter().take(5).collect(),
-                largest_m: found.largest_m,
+                largest_m: straightened.largest_m,
             })
         }
     }
@@ -431,7 +432,7 @@ impl BodyBuilder {
             Unfinished::Given(_) if rotates && rotation.is_some_and(|r| r.speed_rad_s != 0.0) => {
                 return Err(ModelError::MatricesRotate { body: self.name });
             }
-            Unfinished::Given(placed) => Matrices::Given(placed),
+            Unfinished::Given(placed) => MatrixOrigin::Given(placed),
             Unfinished::Elements(spec) => {
                 let positions = |nodes: &[u32]| {
                     let local = nodes.iter().map(|&n| self.local[n as usize]);
@@ -443,12 +444,12 @@ impl BodyBuilder {
                     .map(|&e| mesh.elements.solid(e as usize));
                 let solids = solids.map(|(element, nodes)| (element, positions(nodes)));
                 let volume = || volume_m3(solids);
-                Matrices::Elements(material(&spec, mesh, &self.name, &self.elements, volume)?)
+                MatrixOrigin::Elements(material(&spec, mesh, &self.name, &self.elements, volume)?)
             }
         };
         let mut elements = Connectivity::default();
         for &e in &self.elements {
-            let nodes = mesh.elements.of(e as usize).iter();
+            let nodes = mesh.elements.element_nodes(e as usize).iter();
             let tag = mesh.elements.tags()[e as usize];
             elements.push(tag, nodes.map(|&n| self.local[n as usize]));
         }

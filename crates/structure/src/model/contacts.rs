@@ -3,12 +3,12 @@
 
 use std::collections::HashMap;
 
-use super::flank::{Flank, Side as FlankOf, flank};
+use super::flank::{Flank, FlankOrigin as FlankOf, flank};
 use super::groups::Outside;
 use super::mortar::mortar;
 use super::opposite::{Missed, Opposite, Reach};
 use super::tie::{Sheet, tie};
-use super::turn::Turn;
+use super::turn::SectorTurn;
 use super::{BodyNode, ContactPair, CyclicSpec, FlankMatch, ModelError, Side, Slave};
 use crate::model::{ContactSpec, Gap, Sector};
 use dovetail_mesh::{Group, Mesh};
@@ -20,7 +20,7 @@ use dovetail_numerics::space::{
 const REACH: f64 = 0.5;
 
 /// Joint of one contact, with the node numbers of the mesh.
-pub(super) struct Contact {
+pub(super) struct ContactJoint {
     pub pairs: Vec<ContactPair>,
     /// Nodes that a bonded contact joins, which has no pairs.
     pub bonded: Vec<Slave>,
@@ -33,7 +33,7 @@ pub(super) struct Contact {
     pub flank_match: Option<FlankMatch>,
 }
 
-impl Contact {
+impl ContactJoint {
     /// Slave nodes of the pairs, or of the bonded nodes.
     pub(crate) fn slaves(&self) -> impl Iterator<Item = &Slave> {
         let pairs = self.pairs.iter().map(|pair| &pair.slave);
@@ -52,7 +52,7 @@ pub(super) struct ContactSide {
 }
 
 /// Surface of one body at a contact.
-pub(super) struct Surface {
+pub(super) struct ContactSurface {
     body: usize,
     flank: Flank,
     nodes_m: Vec<Vector>,
@@ -60,7 +60,7 @@ pub(super) struct Surface {
     middles_m: Vec<Vec<Vector>>,
 }
 
-impl Surface {
+impl ContactSurface {
     /// Nodes of the mesh that carry the contact.
     pub(crate) fn nodes(&self) -> &[u32] {
         &self.flank.nodes
@@ -91,8 +91,8 @@ impl Surface {
     }
 
     /// The same surface of a sector of a disc that lies so many sectors ahead, in the axes of this one.
-    pub(crate) fn of_sector(mut self, disc: &CyclicSpec, ahead: i32) -> Self {
-        let turn = Turn::by_sectors(disc, ahead);
+    pub(crate) fn turned_to_sector(mut self, disc: &CyclicSpec, ahead: i32) -> Self {
+        let turn = SectorTurn::new(disc, ahead);
         let middles = self.middles_m.iter_mut().flatten();
         for place in self.nodes_m.iter_mut().chain(middles) {
             *place = turn.place(*place);
@@ -152,7 +152,7 @@ impl Surface {
     }
 
     /// Joint of the whole surface to rigid ground, without masters.
-    pub(crate) fn bonded_to_ground(&self) -> Contact {
+    pub(crate) fn bonded_to_ground(&self) -> ContactJoint {
         let sheet = self.sheet();
         let slave = |&node: &u32| Slave {
             node: BodyNode {
@@ -162,7 +162,7 @@ impl Surface {
             masters: Vec::new(),
             ahead: 0,
         };
-        Contact {
+        ContactJoint {
             pairs: Vec::new(),
             bonded: sheet.nodes.iter().map(slave).collect(),
             facets: Vec::new(),
@@ -174,7 +174,7 @@ impl Surface {
 
 /// Flank whose nodes follow the other one: that with the smaller facets, and the first where they
 /// are alike.
-pub(super) fn finer([first, second]: [&Surface; 2]) -> Side {
+pub(super) fn finer([first, second]: [&ContactSurface; 2]) -> Side {
     const ALIKE: f64 = 1e-2;
     let [a, b] = [first, second].map(|s| s.flank.facet_area_m2());
     if b < (1.0 - ALIKE) * a {
@@ -189,23 +189,23 @@ pub(super) fn finer([first, second]: [&Surface; 2]) -> Side {
 pub(super) fn contact(
     spec: &ContactSpec,
     number: usize,
-    [first, second]: [&Surface; 2],
+    [first, second]: [&ContactSurface; 2],
     slave: Side,
     held: impl Fn(BodyNode) -> [bool; 3],
-) -> Result<Contact, ModelError> {
+) -> Result<ContactJoint, ModelError> {
     let along = first.flank.along;
     let [own, other] = slave.ordered([first, second]);
-    let found = mortar(
+    let mortar = mortar(
         [&own.flank, &other.flank],
         [&own.nodes_m, &other.nodes_m],
         reach(spec),
     );
-    if found.rows.iter().all(Option::is_none) {
-        return Err(nothing_opposite(spec, [own, other], &found.opposite));
+    if mortar.rows.iter().all(Option::is_none) {
+        return Err(nothing_opposite(spec, [own, other], &mortar.opposite));
     }
-    let mut pairs: Vec<Option<ContactPair>> = Vec::with_capacity(found.rows.len());
-    let mut summary = unmatched(spec, [first, second], slave, &found.opposite);
-    for (i, row) in found.rows.iter().enumerate() {
+    let mut pairs: Vec<Option<ContactPair>> = Vec::with_capacity(mortar.rows.len());
+    let mut summary = unmatched(spec, [first, second], slave, &mortar.opposite);
+    for (i, row) in mortar.rows.iter().enumerate() {
         let Some(row) = row else {
             pairs.push(None);
             continue;
@@ -224,10 +224,10 @@ pub(super) fn contact(
             position_m,
             degrees: cosine.clamp(-1.0, 1.0).acos().to_degrees(),
         })?;
-        let normal = along_symmetry(normal, held(own.node(i)));
+        let normal = symmetric_normal(normal, held(own.node(i)));
         let apart = dot(normal, sub(points[0], points[1]));
         summary.add(masters, distance(own.nodes_m[i], met_m), apart);
-        let mut law = spec.pair_law.of_area(row.area_m2);
+        let mut law = spec.pair_law.scaled_to_area(row.area_m2);
         law.gap_m += match spec.gap {
             Gap::Closed => 0.0,
             Gap::Mesh => apart,
@@ -253,9 +253,9 @@ pub(super) fn contact(
     contact.sides = vec![
         own.side(
             contact.pairs.iter().map(|p| p.slave.node.node),
-            &found.opposite.met[0],
+            &mortar.opposite.met[0],
         ),
-        other.side(masters, &found.opposite.met[1]),
+        other.side(masters, &mortar.opposite.met[1]),
     ];
     contact.flank_match = Some(summary);
     Ok(contact)
@@ -264,24 +264,24 @@ pub(super) fn contact(
 /// Joint of a bonded contact, at all nodes of the flank `slave` that lie opposite the other one.
 pub(super) fn bond(
     spec: &ContactSpec,
-    [first, second]: [&Surface; 2],
+    [first, second]: [&ContactSurface; 2],
     slave: Side,
-) -> Result<Contact, ModelError> {
+) -> Result<ContactJoint, ModelError> {
     let [own, other] = slave.ordered([first, second]);
-    let [slaves, masters] = [own, other].map(Surface::sheet);
-    let found = tie([&slaves, &masters], reach(spec));
-    if found.rows.iter().all(Option::is_none) {
-        return Err(nothing_opposite(spec, [own, other], &found.opposite));
+    let [slaves, masters] = [own, other].map(ContactSurface::sheet);
+    let tie = tie([&slaves, &masters], reach(spec));
+    if tie.rows.iter().all(Option::is_none) {
+        return Err(nothing_opposite(spec, [own, other], &tie.opposite));
     }
-    let mut summary = unmatched(spec, [first, second], slave, &found.opposite);
+    let mut summary = unmatched(spec, [first, second], slave, &tie.opposite);
     let mut bonded = Vec::with_capacity(slaves.nodes.len());
-    for (i, row) in found.rows.iter().enumerate() {
+    for (i, row) in tie.rows.iter().enumerate() {
         let Some(row) = row else { continue };
         let apart = sub(mean(&masters.nodes_m, row), slaves.nodes_m[i]);
         // Corners come first, and have normals.
         let normal = own.flank.normals.get(i);
         summary.add(row, norm(apart), normal.map_or(0.0, |n| dot(*n, apart)));
-        let at = |surface: &Surface, node: u32| BodyNode {
+        let at = |surface: &ContactSurface, node: u32| BodyNode {
             body: surface.body,
             node,
         };
@@ -297,7 +297,7 @@ pub(super) fn bond(
         own.bonded_side(bonded.iter().map(|slave| slave.node.node)),
         other.bonded_side(followed.map(|(at, _)| at.node)),
     ];
-    Ok(Contact {
+    Ok(ContactJoint {
         pairs: Vec::new(),
         bonded,
         facets: Vec::new(),
@@ -314,7 +314,7 @@ fn reach(spec: &ContactSpec) -> Reach {
 /// Report of a match of two surfaces, without any nodes.
 fn unmatched(
     spec: &ContactSpec,
-    [first, second]: [&Surface; 2],
+    [first, second]: [&ContactSurface; 2],
     slave: Side,
     opposite: &Opposite,
 ) -> FlankMatch {
@@ -347,7 +347,7 @@ impl FlankMatch {
 }
 
 /// Fractions of the lengths of two surfaces along a direction over which the other one extends.
-fn covered_along(surfaces: [&Surface; 2], along: Vector) -> [f64; 2] {
+fn covered_along(surfaces: [&ContactSurface; 2], along: Vector) -> [f64; 2] {
     let ends = surfaces.map(|surface| {
         let places = surface.nodes_m.iter().map(|x| dot(*x, along));
         places.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], place| {
@@ -371,7 +371,7 @@ fn mean(of: &[Vector], masters: &[(u32, f64)]) -> Vector {
 /// distance; beyond it the nearest nodes show whether the bodies are apart or overlap.
 fn nothing_opposite(
     spec: &ContactSpec,
-    [own, other]: [&Surface; 2],
+    [own, other]: [&ContactSurface; 2],
     found: &Opposite,
 ) -> ModelError {
     let not_facing = |missed: Missed| ModelError::NotFacing {
@@ -421,9 +421,9 @@ const LEAST_DEGREES: f64 = 120.0;
 pub(super) fn ground_contact(
     spec: &ContactSpec,
     number: usize,
-    surface: &Surface,
+    surface: &ContactSurface,
     held: impl Fn(BodyNode) -> [bool; 3],
-) -> Contact {
+) -> ContactJoint {
     let flank = &surface.flank;
     let pair = |i: usize| ContactPair {
         contact: number,
@@ -436,11 +436,11 @@ pub(super) fn ground_contact(
         position_m: surface.nodes_m[i],
         // Out of the ground is into the body.
         frame: frame(
-            along_symmetry(flank.normals[i].map(|n| -n), held(surface.node(i))),
+            symmetric_normal(flank.normals[i].map(|n| -n), held(surface.node(i))),
             flank.along,
         ),
         area_m2: flank.areas_m2[i],
-        law: spec.pair_law.of_area(flank.areas_m2[i]),
+        law: spec.pair_law.scaled_to_area(flank.areas_m2[i]),
     };
     let pairs = (0..flank.nodes.len()).map(|i| Some(pair(i))).collect();
     let mut contact = ordered(pairs, flank, flank.along, Side::First);
@@ -450,7 +450,12 @@ pub(super) fn ground_contact(
 }
 
 /// Orders pairs, of which there is at most one for each node of the slave flank, along the slot.
-fn ordered(pairs: Vec<Option<ContactPair>>, flank: &Flank, along: Vector, slave: Side) -> Contact {
+fn ordered(
+    pairs: Vec<Option<ContactPair>>,
+    flank: &Flank,
+    along: Vector,
+    slave: Side,
+) -> ContactJoint {
     let mut place: Vec<Option<u32>> = vec![None; pairs.len()];
     let (nodes, pairs): (Vec<usize>, Vec<ContactPair>) = pairs
         .into_iter()
@@ -470,7 +475,7 @@ fn ordered(pairs: Vec<Option<ContactPair>>, flank: &Flank, along: Vector, slave:
         }
         Some(facet)
     };
-    Contact {
+    ContactJoint {
         facets: flank.facets.iter().filter_map(facet).collect(),
         pairs: order.iter().map(|&old| pairs[old].clone()).collect(),
         bonded: Vec::new(),
@@ -481,7 +486,7 @@ fn ordered(pairs: Vec<Option<ContactPair>>, flank: &Flank, along: Vector, slave:
 
 /// Normal of a node that is held along some axes, as on planes of symmetry: the other half of a
 /// curved flank turns it into the plane. A normal that is far from the plane stays as it is.
-fn along_symmetry(normal: Vector, held: [bool; 3]) -> Vector {
+fn symmetric_normal(normal: Vector, held: [bool; 3]) -> Vector {
     let in_plane = [0, 1, 2].map(|k| if held[k] { 0.0 } else { normal[k] });
     let cosine = dot(in_plane, in_plane).sqrt();
     let turned = unit(in_plane).filter(|_| in_plane != normal && cosine > IN_PLANE);
@@ -569,15 +574,18 @@ mod tests {
     #[test]
     fn normals_are_turned_into_planes_of_symmetry_that_are_near() {
         let normal = [0.28, 0.0, 0.96];
-        assert_eq!(along_symmetry(normal, [false; 3]), normal);
-        assert_eq!(along_symmetry(normal, [false, true, false]), normal);
+        assert_eq!(symmetric_normal(normal, [false; 3]), normal);
+        assert_eq!(symmetric_normal(normal, [false, true, false]), normal);
         assert_eq!(
-            along_symmetry(normal, [true, false, false]),
+            symmetric_normal(normal, [true, false, false]),
             [0.0, 0.0, 1.0]
         );
-        assert_eq!(along_symmetry(normal, [true, true, false]), [0.0, 0.0, 1.0]);
-        assert_eq!(along_symmetry(normal, [false, false, true]), normal);
-        assert_eq!(along_symmetry(normal, [true; 3]), normal);
+        assert_eq!(
+            symmetric_normal(normal, [true, true, false]),
+            [0.0, 0.0, 1.0]
+        );
+        assert_eq!(symmetric_normal(normal, [false, false, true]), normal);
+        assert_eq!(symmetric_normal(normal, [true; 3]), normal);
     }
 
     #[test]

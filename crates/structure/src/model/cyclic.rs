@@ -12,7 +12,7 @@ use super::groups::{find_surface, first_tags};
 use super::influence::influence;
 use super::joints::{make_local, surface};
 use super::tie::Meeting;
-use super::turn::Turn;
+use super::turn::SectorTurn;
 use super::{
     BodyNode, ContactLaw, ContactSpec, Cyclic, CyclicSpec, FlankMatch, ModelError, Side, Slave,
 };
@@ -35,9 +35,9 @@ pub(super) fn cyclic(
     bodies: &mut [BodyBuilder],
     read: Option<&[InfluenceCoefficient]>,
 ) -> Result<Cyclic, ModelError> {
-    let low = Face::of(&spec.low, "low", mesh, bodies)?;
-    let high = Face::of(&spec.high, "high", mesh, bodies)?;
-    let turn = Turn::by_sectors(spec, 1);
+    let low = SectorFace::new(&spec.low, "low", mesh, bodies)?;
+    let high = SectorFace::new(&spec.high, "high", mesh, bodies)?;
+    let turn = SectorTurn::new(spec, 1);
     let names: Vec<String> = bodies.iter().map(|body| body.name().to_owned()).collect();
     let of_air = spec.influence.as_ref();
     let of_air = of_air.map(|of_air| influence(of_air, spec.sectors, &names, read));
@@ -81,7 +81,7 @@ pub(super) fn cyclic(
 
 /// Ties of faces whose nodes meet: node i of the low face and the nearest one of the high face.
 fn node_by_node(
-    [low, high]: [&Face; 2],
+    [low, high]: [&SectorFace; 2],
     met: &Meeting,
     turn: [[f64; 3]; 3],
     mesh: &Mesh,
@@ -156,42 +156,42 @@ fn face_by_face(
             Side::Second => -1,
         };
         let [own, other] = slave.ordered(both);
-        let other = other.of_sector(spec, ahead);
-        let found = bond(&bonded, slave.ordered([&own, &other]), slave);
-        let mut found = found.map_err(|_| apart.clone())?;
-        let covered = found.flank_match.as_ref().map_or([0.0; 2], |m| m.covered);
+        let other = other.turned_to_sector(spec, ahead);
+        let tied = bond(&bonded, slave.ordered([&own, &other]), slave);
+        let mut tied = tied.map_err(|_| apart.clone())?;
+        let covered = tied.flank_match.as_ref().map_or([0.0; 2], |m| m.covered);
         if covered.iter().any(|share| *share < COVERED) {
             return Err(apart.clone());
         }
-        for side in &found.sides {
+        for side in &tied.sides {
             bodies[side.body].add_flank(&side.nodes, &[]);
         }
-        let mut own = Vec::with_capacity(found.bonded.len());
-        for mut tie in found.bonded.drain(..) {
+        let mut bonded = Vec::with_capacity(tied.bonded.len());
+        for mut tie in tied.bonded.drain(..) {
             let is_fixed = bodies[tie.node.body].is_fixed(tie.node.node);
             make_local(&mut tie, bodies);
             if !is_fixed && !joined.contains(&tie.node) {
-                own.push(Slave { ahead, ..tie });
+                bonded.push(Slave { ahead, ..tie });
             }
         }
-        for tie in &own {
+        for tie in &bonded {
             joined.insert(tie.node);
             joined.extend(tie.masters.iter().map(|(at, _)| *at));
         }
-        ties.append(&mut own);
-        matches.extend(found.flank_match);
+        ties.append(&mut bonded);
+        matches.extend(tied.flank_match);
     }
     Ok((ties, matches))
 }
 
 /// Nodes of the mesh on one side of the sector, each once, with their bodies.
-struct Face {
+struct SectorFace {
     nodes: Vec<BodyNode>,
     nodes_m: Vec<Vector>,
 }
 
-impl Face {
-    fn of(
+impl SectorFace {
+    fn new(
         groups: &[String],
         key: &str,
         mesh: &Mesh,
@@ -229,25 +229,30 @@ impl Face {
     }
 
     /// Nodes of `high` that the nodes meet when this face is turned by one pitch.
-    fn meet(&self, high: &Face, spec: &CyclicSpec, mesh: &Mesh) -> Result<Meeting, ModelError> {
+    fn meet(
+        &self,
+        high: &SectorFace,
+        spec: &CyclicSpec,
+        mesh: &Mesh,
+    ) -> Result<Meeting, ModelError> {
         let turned = |ahead: i32| {
-            let turn = Turn::by_sectors(spec, ahead);
-            Meeting::of(&self.nodes_m, &high.nodes_m, |x| turn.place(x))
+            let turn = SectorTurn::new(spec, ahead);
+            Meeting::new(&self.nodes_m, &high.nodes_m, |x| turn.place(x))
         };
-        let found = turned(1);
-        if found.apart().next().is_some() {
-            let apart = found.apart().map(|i| self.nodes[i].node);
+        let meeting = turned(1);
+        if meeting.unmatched_nodes().next().is_some() {
+            let apart = meeting.unmatched_nodes().map(|i| self.nodes[i].node);
             let apart: Vec<u32> = apart.collect();
             let (count, tags) = first_tags(mesh, apart.iter());
             return Err(ModelError::FacesApart {
                 sectors: spec.sectors,
                 count,
                 tags,
-                distance_m: found.farthest_m(),
-                other_way: turned(-1).apart().next().is_none(),
+                distance_m: meeting.farthest_m(),
+                other_way: turned(-1).unmatched_nodes().next().is_none(),
             });
         }
-        let mut once: Vec<usize> = found.nearest.iter().map(|near| near.0).collect();
+        let mut once: Vec<usize> = meeting.nearest.iter().map(|near| near.0).collect();
         once.sort_unstable();
         once.dedup();
         if once.len() != high.nodes.len() || self.nodes.len() != high.nodes.len() {
@@ -256,6 +261,6 @@ impl Face {
                 high: high.nodes.len(),
             });
         }
-        Ok(found)
+        Ok(meeting)
     }
 }

@@ -10,7 +10,7 @@ use strum::{Display, EnumString, VariantNames};
 
 use super::{GivenMatrices, MeshSource};
 use dovetail_dynamics::contact::PairLaw;
-use dovetail_dynamics::reduced::{InfluenceCoefficient, Quantity};
+use dovetail_dynamics::reduced::{InfluenceCoefficient, ObservedQuantity};
 use dovetail_mesh::parts::Placement;
 use dovetail_mesh::surface_field::SurfaceField;
 use dovetail_mesh::units::Units;
@@ -688,7 +688,7 @@ pub struct ObservationSpec {
     /// Direction, of unit length. That of a strain is projected on the surface.
     pub direction: [f64; 3],
     /// What is observed.
-    pub quantity: Quantity,
+    pub quantity: ObservedQuantity,
 }
 
 impl ObservationSpec {
@@ -709,13 +709,13 @@ impl ObservationSpec {
             name: name.into(),
             points: points.into(),
             direction: unit(direction),
-            quantity: Quantity::Displacement,
+            quantity: ObservedQuantity::Displacement,
         }
     }
 
     /// Mean strain of a surface along a direction, as a strain gauge measures it.
     pub fn strain(name: impl Into<String>, points: impl Into<String>, direction: [f64; 3]) -> Self {
-        let quantity = Quantity::Strain;
+        let quantity = ObservedQuantity::Strain;
         Self {
             quantity,
             ..Self::displacement(name, points, direction)

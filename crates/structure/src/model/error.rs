@@ -424,7 +424,7 @@ pub enum ModelError {
 /// Part of a description that an error is about.
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[non_exhaustive]
-pub struct Subject<'e> {
+pub struct ErrorSubject<'e> {
     /// Item of the description, in the words of the error: ``contact `joint` ``, `load 1`.
     pub item: String,
     /// Name that the item gives, such as the name of a group; `None` if the error is about the whole item.
@@ -435,8 +435,8 @@ pub struct Subject<'e> {
 
 impl ModelError {
     /// Part of the description that the error is about; `None` for several parts.
-    pub fn subject(&self) -> Option<Subject<'_>> {
-        let of = |item: String, name| Subject {
+    pub fn subject(&self) -> Option<ErrorSubject<'_>> {
+        let of = |item: String, name| ErrorSubject {
             item,
             name,
             available: &[],
@@ -460,7 +460,7 @@ impl ModelError {
                 used_by,
                 name,
                 available,
-            } => Subject {
+            } => ErrorSubject {
                 item: used_by.clone(),
                 name: Some(name),
                 available,

@@ -5,7 +5,7 @@ use std::f64::consts::FRAC_PI_2;
 use super::builder::BodyBuilder;
 use super::loads::{applied_load, surface};
 use super::mapping::{self, Facets, FieldMap, NodalForces};
-use super::{AppliedLoad, Excitation, ModelError};
+use super::{AppliedLoad, ModelError, ModelExcitation};
 use crate::model::{
     Assembly, BaseMotion, ExcitationKind, ExcitationSpec, FieldSource, SurfaceFields,
 };
@@ -20,11 +20,11 @@ pub(super) fn excitations(
     mesh: &Mesh,
     bodies: &[BodyBuilder],
     fields: Option<&SurfaceFields>,
-) -> Result<(Vec<Excitation>, Vec<FieldMap>), ModelError> {
+) -> Result<(Vec<ModelExcitation>, Vec<FieldMap>), ModelError> {
     let (mut all, mut maps) = (Vec::new(), Vec::new());
     for (number, spec) in assembly.excitations.iter().enumerate() {
         let used_by = format!("excitation {}", number + 1);
-        let of = |loads, lead_rad: f64| Excitation {
+        let of = |loads, lead_rad: f64| ModelExcitation {
             loads,
             in_time: InTime {
                 amplitude: spec.amplitude,
@@ -121,7 +121,7 @@ fn field_forces(
         distance_m,
         size_m,
     };
-    if let Some(found) = mapping::far_off(&field.points_m, &facets, size_m) {
+    if let Some(found) = mapping::farthest_outlier(&field.points_m, &facets, size_m) {
         return Err(far(found));
     }
     let (forces, mut map) = mapping::map(field, &facets);

@@ -29,13 +29,13 @@ pub(super) struct Flank {
 }
 
 /// Origin of the surface, for messages.
-pub(super) struct Side<'a> {
+pub(super) struct FlankOrigin<'a> {
     pub contact: &'a str,
     pub group: &'a str,
     pub body: &'a str,
 }
 
-impl Side<'_> {
+impl FlankOrigin<'_> {
     /// Error about a facet of the group.
     fn bad_facet(&self, tag: u64, reason: &'static str) -> ModelError {
         ModelError::BadFacet {
@@ -55,7 +55,7 @@ pub(super) fn flank(
     mesh: &Mesh,
     group: &Group,
     outside: &Outside<'_>,
-    side: &Side,
+    side: &FlankOrigin,
 ) -> Result<Flank, ModelError> {
     let faces = outer_faces(mesh, group, outside, side)?;
     let mut nodes: Vec<u32> = faces.iter().flat_map(Face::corners).copied().collect();
@@ -124,8 +124,8 @@ impl Flank {
     /// indices.
     pub(crate) fn tied(&self, is_wanted: &[bool]) -> Vec<(u32, [u32; 2])> {
         let mut tied = BTreeMap::new();
-        let all = self.facets.iter().zip(&self.middles).zip(is_wanted);
-        for ((facet, middles), _) in all.filter(|(_, wanted)| **wanted) {
+        let flank_facets = self.facets.iter().zip(&self.middles).zip(is_wanted);
+        for ((facet, middles), _) in flank_facets.filter(|(_, wanted)| **wanted) {
             let corner = |k: usize| self.nodes[facet[k % facet.len()] as usize];
             for (k, &middle) in middles.iter().enumerate() {
                 let (p, q) = (corner(k), corner(k + 1));
@@ -141,11 +141,11 @@ fn outer_faces(
     mesh: &Mesh,
     group: &Group,
     outside: &Outside<'_>,
-    side: &Side,
+    side: &FlankOrigin,
 ) -> Result<Vec<Face>, ModelError> {
     let mut seen = HashSet::with_capacity(group.elements.len());
     for &f in &group.elements {
-        let nodes = mesh.facets.of(f as usize);
+        let nodes = mesh.facets.element_nodes(f as usize);
         if !seen.insert(sorted_facet(nodes)) {
             return Err(side.bad_facet(mesh.facets.tags()[f as usize], "is in the mesh twice"));
         }

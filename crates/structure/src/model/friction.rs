@@ -66,10 +66,10 @@ pub(super) fn set_friction(
                 size_m,
             });
         }
-        let own = friction[point];
-        pair.law.friction = own;
-        range = [range[0].min(own), range[1].max(own)];
-        sum += own * pair.area_m2;
+        let friction = friction[point];
+        pair.law.friction = friction;
+        range = [range[0].min(friction), range[1].max(friction)];
+        sum += friction * pair.area_m2;
         taken.push(point);
     }
     taken.sort_unstable();

@@ -49,7 +49,7 @@ pub fn gather<E: From<ModelError>>(
                     let is_shared =
                         |b: &&BodySpec| b.name == *original && b.mesh == BodyMesh::Shared;
                     if !assembly.bodies.iter().any(|b| is_shared(&b)) {
-                        return Err(no_original(assembly, body, original).into());
+                        return Err(missing_original_error(assembly, body, original).into());
                     }
                     placed(&whole, body, placement)?
                 }
@@ -67,7 +67,7 @@ pub fn gather<E: From<ModelError>>(
     Ok(whole)
 }
 
-fn no_original(assembly: &Assembly, body: &BodySpec, original: &str) -> ModelError {
+fn missing_original_error(assembly: &Assembly, body: &BodySpec, original: &str) -> ModelError {
     let others = assembly.bodies.iter().map(|b| b.name.clone());
     ModelError::UnknownBody {
         used_by: format!("body `{}`, copy_of", body.name),
@@ -110,9 +110,9 @@ fn add_short_names(mesh: &mut Mesh, parts: &BTreeMap<&str, Mesh>) {
 
 /// Name of a group from the view of a body: a group of its own mesh comes before that of another.
 pub fn name_for<'a>(mesh: &Mesh, body: &str, name: &'a str) -> std::borrow::Cow<'a, str> {
-    let own = format!("{body}.{name}");
-    if mesh.groups.contains_key(&own) {
-        own.into()
+    let qualified = format!("{body}.{name}");
+    if mesh.groups.contains_key(&qualified) {
+        qualified.into()
     } else {
         name.into()
     }

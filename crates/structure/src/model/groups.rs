@@ -22,7 +22,7 @@ pub(super) fn find_group<'a>(
     wanted: Option<u8>,
     used_by: &str,
 ) -> Result<&'a Group, ModelError> {
-    let available = || of_dimensions(mesh, |d| wanted.is_none_or(|wanted| d == wanted));
+    let available = || names_of_dimensions(mesh, |d| wanted.is_none_or(|wanted| d == wanted));
     let Some(group) = mesh.groups.get(name) else {
         return Err(ModelError::UnknownGroup {
             used_by: used_by.to_string(),
@@ -71,13 +71,13 @@ pub(super) fn find_surface<'a>(
             used_by: used_by.to_string(),
             name: name.to_string(),
             wanted: "flank",
-            available: of_dimensions(mesh, |d| d == 0 || d == 2),
+            available: names_of_dimensions(mesh, |d| d == 0 || d == 2),
         }),
     }
 }
 
 /// Names of the groups of some dimensions.
-fn of_dimensions(mesh: &Mesh, fits: impl Fn(u8) -> bool) -> Vec<String> {
+fn names_of_dimensions(mesh: &Mesh, fits: impl Fn(u8) -> bool) -> Vec<String> {
     let groups = mesh
         .groups
         .iter()
@@ -147,7 +147,7 @@ fn bounding(
     let mut number: HashMap<[u32; 4], usize> = HashMap::new();
     for &f in facets {
         number
-            .entry(sorted_facet(mesh.facets.of(f as usize)))
+            .entry(sorted_facet(mesh.facets.element_nodes(f as usize)))
             .or_insert(all.len());
         all.push(Face {
             tag: mesh.facets.tags()[f as usize],

@@ -2,7 +2,7 @@
 
 use super::{BladeInfluence, Cyclic, InfluenceSource, InfluenceSpec, ModelError};
 use dovetail_dynamics::reduced::InfluenceCoefficient;
-use dovetail_dynamics::reduced::influence::one_of_two;
+use dovetail_dynamics::reduced::influence::canonical_nodal_diameter;
 
 /// Influence on one of the bodies of these names, of a disc of so many sectors. `read` are the
 /// coefficients of the file that it names.
@@ -44,7 +44,7 @@ pub(super) fn influence(
             });
         }
         modes.extend([coefficient.mode, coefficient.by_mode]);
-        waves.push(one_of_two(wave, sectors));
+        waves.push(canonical_nodal_diameter(wave, sectors));
     }
     modes.sort_unstable();
     modes.dedup();
@@ -83,7 +83,7 @@ mod tests {
     use super::*;
 
     /// Coefficients of these nodal diameters, of mode 2 by mode 1.
-    fn of_waves(waves: &[i64]) -> InfluenceSource {
+    fn wave_coefficients(waves: &[i64]) -> InfluenceSource {
         let coefficient = |nodal_diameter: &i64| InfluenceCoefficient {
             nodal_diameter: *nodal_diameter,
             mode: 2,
@@ -94,14 +94,14 @@ mod tests {
         InfluenceSource::Given(waves.iter().map(coefficient).collect())
     }
 
-    fn on(
+    fn bind_influence(
         body: Option<&str>,
         engine_order: usize,
         waves: &[i64],
     ) -> Result<BladeInfluence, String> {
         let spec = InfluenceSpec {
             body: body.map(str::to_owned),
-            coefficients: of_waves(waves),
+            coefficients: wave_coefficients(waves),
         };
         let names = ["disc", "blade"].map(str::to_owned);
         let found = influence(&spec, 6, &names, None).map_err(|error| error.to_string())?;
@@ -134,24 +134,24 @@ mod tests {
             (6, 0),
             (7, -1),
         ] {
-            let found = on(Some("blade"), engine_order, &[wave]).unwrap();
+            let found = bind_influence(Some("blade"), engine_order, &[wave]).unwrap();
             assert_eq!((found.body, found.modes), (1, vec![1, 2]), "{engine_order}");
         }
-        let error = on(Some("blade"), 1, &[1, 0]).unwrap_err();
+        let error = bind_influence(Some("blade"), 1, &[1, 0]).unwrap_err();
         assert!(error.contains("nodal diameter -1"), "{error}");
         assert!(error.contains("0, 1"), "{error}");
     }
 
     #[test]
     fn a_wave_that_there_is_not_and_a_body_that_there_is_not_are_errors() {
-        let error = on(Some("blade"), 1, &[-1, 4]).unwrap_err();
+        let error = bind_influence(Some("blade"), 1, &[-1, 4]).unwrap_err();
         assert!(error.contains("-3 to 3"), "{error}");
-        let error = on(Some("vane"), 1, &[-1]).unwrap_err();
+        let error = bind_influence(Some("vane"), 1, &[-1]).unwrap_err();
         assert!(
             error.contains("`vane`") && error.contains("disc"),
             "{error}"
         );
-        let error = on(None, 1, &[-1]).unwrap_err();
+        let error = bind_influence(None, 1, &[-1]).unwrap_err();
         assert!(
             error.contains("influence_on") && error.contains("blade"),
             "{error}"

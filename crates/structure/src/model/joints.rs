@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::builder::BodyBuilder;
-use super::contacts::{Contact, Surface, bond, contact, finer, ground_contact};
+use super::contacts::{ContactJoint, ContactSurface, bond, contact, finer, ground_contact};
 use super::crown::add_crown;
 use super::friction::set_friction;
 use super::groups::{find_surface, first_tags};
@@ -104,7 +104,7 @@ impl Joints {
     fn add(
         &mut self,
         spec: &ContactSpec,
-        mut found: Contact,
+        mut found: ContactJoint,
         fields: Option<&SurfaceFields>,
     ) -> Result<(), ModelError> {
         let friction = set_friction(&mut found.pairs, spec, fields)?;
@@ -133,7 +133,7 @@ impl Joints {
         disc: Option<&CyclicSpec>,
         mesh: &Mesh,
         bodies: &[BodyBuilder],
-    ) -> Result<Contact, ModelError> {
+    ) -> Result<ContactJoint, ModelError> {
         let number = self.names.len();
         let first = surface(mesh, spec, &spec.first, bodies)?;
         let held = |at: BodyNode| [0, 1, 2].map(|axis| bodies[at.body].is_held(at.node, axis));
@@ -151,7 +151,7 @@ impl Joints {
             let disc = disc.ok_or_else(|| ModelError::NoNextSector {
                 contact: spec.name.clone(),
             })?;
-            second = second.of_sector(disc, 1);
+            second = second.turned_to_sector(disc, 1);
         }
         let both = [&first, &second];
         let attempt = |slave: Side| {
@@ -181,7 +181,7 @@ impl Joints {
     fn check(
         &self,
         spec: &ContactSpec,
-        found: &Contact,
+        found: &ContactJoint,
         mesh: &Mesh,
         bodies: &[BodyBuilder],
     ) -> Result<(), ModelError> {
@@ -210,7 +210,7 @@ impl Joints {
         let other = |slave: &Slave| {
             let itself = self.slaves.get(&local(&slave.node)).map(|(name, _)| name);
             let masters = slave.masters.iter().map(|(at, _)| local(at)).collect();
-            itself.or_else(|| self.way_back(masters, &own))
+            itself.or_else(|| self.cyclic_contact(masters, &own))
         };
         if let Some(first) = slaves().find_map(other) {
             let twice = slaves().filter(|s| other(s) == Some(first));
@@ -228,7 +228,11 @@ impl Joints {
 
     /// Name of the contact through which these nodes, followed from slave to masters, lead back to
     /// one of `own`.
-    fn way_back(&self, mut nodes: Vec<BodyNode>, own: &BTreeSet<BodyNode>) -> Option<&String> {
+    fn cyclic_contact(
+        &self,
+        mut nodes: Vec<BodyNode>,
+        own: &BTreeSet<BodyNode>,
+    ) -> Option<&String> {
         let mut seen = BTreeSet::new();
         while let Some(node) = nodes.pop() {
             let Some((name, masters)) = self.slaves.get(&node).filter(|_| seen.insert(node)) else {
@@ -249,7 +253,7 @@ pub(super) fn surface(
     spec: &ContactSpec,
     name: &str,
     bodies: &[BodyBuilder],
-) -> Result<Surface, ModelError> {
+) -> Result<ContactSurface, ModelError> {
     let used_by = format!("contact `{}`", spec.name);
     let group = find_surface(mesh, name, &used_by)?;
     let count = |body: &BodyBuilder| group.nodes.iter().filter(|&&n| body.has(n)).count();
@@ -266,14 +270,14 @@ pub(super) fn surface(
         });
     };
     let body = &bodies[owner];
-    let found = Surface::new(
+    let found = ContactSurface::new(
         mesh,
         &spec.name,
         (name, group),
         owner,
         (body.name(), &body.outside(mesh)),
     )?;
-    let (count, tags) = first_tags(mesh, body.without_rows(found.nodes()).iter());
+    let (count, tags) = first_tags(mesh, body.nodes_lacking_rows(found.nodes()).iter());
     if count > 0 {
         return Err(ModelError::FlankWithoutRows {
             body: body.name().to_string(),
@@ -290,7 +294,7 @@ pub(super) fn surface(
 /// support of the slave. Bonded nodes may be held in any direction, those of the two bodies alike.
 fn check_held(
     bodies: &[BodyBuilder],
-    found: &Contact,
+    found: &ContactJoint,
     contact: &ContactSpec,
     mesh: &Mesh,
 ) -> Result<(), ModelError> {

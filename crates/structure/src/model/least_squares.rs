@@ -35,7 +35,7 @@ pub(crate) fn shares(
     let mut near = tree.nearest(at).filter(|(i, _)| Some(*i) != left_out);
     let mut taken: Vec<(usize, f64)> = near.by_ref().take(FEWEST).collect();
     loop {
-        let fit = Fit::of(points_m, &taken);
+        let fit = Fit::new(points_m, &taken);
         let is_enough = fit.variances[1] > LINE * fit.variances[2] || taken.len() >= MOST;
         let before = taken.len();
         if !is_enough {
@@ -58,7 +58,7 @@ struct Fit {
 }
 
 impl Fit {
-    fn of(points_m: &[[f64; 3]], near: &[(usize, f64)]) -> Self {
+    fn new(points_m: &[[f64; 3]], near: &[(usize, f64)]) -> Self {
         // The farthest point has a weight too.
         let reach = 1.2 * near.last().map_or(0.0, |(_, square)| *square);
         let weight = |&(_, square): &(usize, f64)| {

@@ -66,13 +66,13 @@ pub(super) fn surface(
         });
     }
     check_nodes(mesh, bodies, group, vector, used_by, name)?;
-    let body = only_body(bodies, group, name, used_by)?;
+    let body = unique_body(bodies, group, name, used_by)?;
     let facets = outward_facets(mesh, group, &bodies[body], used_by, name)?;
     Ok((body, facets))
 }
 
 /// Body that has all nodes of a group.
-pub(super) fn only_body(
+pub(super) fn unique_body(
     bodies: &[BodyBuilder],
     group: &Group,
     name: &str,

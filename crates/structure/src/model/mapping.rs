@@ -137,15 +137,15 @@ pub(super) fn map(field: &SurfaceField, facets: &Facets) -> ([NodalForces; 2], F
         distances_m: feet.iter().map(|f| f.distance_m).collect(),
         ..FieldMap::default()
     };
-    match given(field, &feet) {
-        Given::Forces(given) => {
+    match sample_field(field, &feet) {
+        SampledField::Forces(given) => {
             for (foot, force) in feet.iter().zip(given.iter()) {
                 forces.add(&facets.nodes[foot.facet], &foot.point.shapes, *force);
             }
             map.given_n = Some(sum(given.iter().copied()));
             map.moment_error = Some(moment_error(&field.points_m, &given, facets, &forces));
         }
-        Given::Pressures(pressures_pa) => {
+        SampledField::Pressures(pressures_pa) => {
             let tree = PointTree::new(&field.points_m);
             add_pressures(&field.points_m, pressures_pa, &tree, facets, &mut forces);
             map.interpolation_error = interpolation_error(&field.points_m, pressures_pa, &tree);
@@ -160,7 +160,7 @@ pub(super) fn map(field: &SurfaceField, facets: &Facets) -> ([NodalForces; 2], F
 /// Number of points that are farther from the box around a surface than `limit_m`, and the distance
 /// of the farthest of them from the surface, m; `None` if all are nearer. The feet of far points are
 /// not searched, because that is slow.
-pub(super) fn far_off(
+pub(super) fn farthest_outlier(
     points_m: &[[f64; 3]],
     facets: &Facets,
     limit_m: f64,
@@ -201,16 +201,16 @@ fn feet(points_m: &[[f64; 3]], facets: &Facets) -> Vec<Foot> {
 }
 
 /// Values of a field at its points.
-enum Given<'a> {
+enum SampledField<'a> {
     /// Forces, including those of pressures with areas.
     Forces(Cow<'a, [[[f64; 3]; 2]]>),
     /// Pressures without areas.
     Pressures(&'a [[f64; 2]]),
 }
 
-fn given<'a>(field: &'a SurfaceField, feet: &[Foot]) -> Given<'a> {
+fn sample_field<'a>(field: &'a SurfaceField, feet: &[Foot]) -> SampledField<'a> {
     match &field.values {
-        FieldValues::Forces(forces) => Given::Forces(forces.into()),
+        FieldValues::Forces(forces) => SampledField::Forces(forces.into()),
         FieldValues::Pressures {
             pressures_pa,
             areas_m2: Some(areas_m2),
@@ -220,14 +220,14 @@ fn given<'a>(field: &'a SurfaceField, feet: &[Foot]) -> Given<'a> {
                 p.map(|p| scaled(normal, -p * area))
             };
             let all = feet.iter().zip(pressures_pa).zip(areas_m2).map(force);
-            Given::Forces(all.collect())
+            SampledField::Forces(all.collect())
         }
         FieldValues::Pressures {
             pressures_pa,
             areas_m2: None,
-        } => Given::Pressures(pressures_pa),
+        } => SampledField::Pressures(pressures_pa),
         // No load: an excitation of such a field is refused before.
-        FieldValues::Friction(_) => Given::Forces(Cow::Owned(Vec::new())),
+        FieldValues::Friction(_) => SampledField::Forces(Cow::Owned(Vec::new())),
     }
 }
 
@@ -326,7 +326,7 @@ fn empty_facets(points_m: &[[f64; 3]], tree: &PointTree, facets: &Facets) -> usi
             3 => [1.0 / 3.0; 2],
             _ => [0.0; 2],
         };
-        let middle = facet::at(coords, middle).position_m;
+        let middle = facet::evaluate(coords, middle).position_m;
         let Some((nearest, square)) = tree.nearest(middle).next() else {
             return true;
         };
@@ -485,7 +485,7 @@ mod tests {
             .collect()
     }
 
-    fn of_pressures(points_m: Vec<[f64; 3]>, p: impl Fn([f64; 3]) -> [f64; 2]) -> SurfaceField {
+    fn pressure_field(points_m: Vec<[f64; 3]>, p: impl Fn([f64; 3]) -> [f64; 2]) -> SurfaceField {
         let pressures_pa = points_m.iter().map(|x| p(*x)).collect();
         SurfaceField {
             points_m,
@@ -507,7 +507,7 @@ mod tests {
         let facets = sheet(3, flat);
         let (a, b, c) = (2.0, -3.0, 0.7);
         let linear = |x: [f64; 3]| [a + b * x[0] + c * x[1], 5.0 * x[0]];
-        let field = of_pressures(scattered(150, flat), linear);
+        let field = pressure_field(scattered(150, flat), linear);
         let ([re, im], map) = super::map(&field, &facets);
         close(map.applied_n[0][2], -(a + b / 2.0 + c / 2.0), 1e-12);
         close(map.applied_n[1][2], -2.5, 1e-12);
@@ -539,7 +539,7 @@ mod tests {
     #[test]
     fn the_same_pressure_everywhere_is_that_pressure_on_a_curved_surface_too() {
         let facets = sheet(4, bent);
-        let field = of_pressures(scattered(200, bent), |_| [3.0, -1.0]);
+        let field = pressure_field(scattered(200, bent), |_| [3.0, -1.0]);
         let (parts, _) = super::map(&field, &facets);
         let mut expected = Forces::none(&facets);
         for (nodes, coords) in facets.nodes.iter().zip(&facets.coords_m) {
@@ -563,7 +563,7 @@ mod tests {
         let wave = |x: [f64; 3]| [(3.0 * x[0] + 2.0 * x[1]).sin(), 0.0];
         let exact = map_of(&facets, wave);
         let miss = |count: usize| {
-            let (_, map) = super::map(&of_pressures(scattered(count, bent), wave), &facets);
+            let (_, map) = super::map(&pressure_field(scattered(count, bent), wave), &facets);
             (
                 distance(map.applied_n[0], exact),
                 map.interpolation_error.unwrap(),
@@ -590,7 +590,7 @@ mod tests {
                     [1.0 + 20.0 * phase.sin(), 0.0]
                 };
                 let exact = map_of(&facets, wave);
-                let (_, map) = super::map(&of_pressures(scattered(count, flat), wave), &facets);
+                let (_, map) = super::map(&pressure_field(scattered(count, flat), wave), &facets);
                 let error = distance(map.applied_n[0], exact);
                 let said = map.sum_error_n.unwrap();
                 let is_few = map.interpolation_error.is_none();
@@ -663,7 +663,7 @@ mod tests {
         };
         let (_, map) = super::map(&field, &facets);
         // The order of the nodes says which of the two normals is outward.
-        let outward = facet::at(&facets.coords_m[0], [0.3; 2]).normal_m2[2].signum();
+        let outward = facet::evaluate(&facets.coords_m[0], [0.3; 2]).normal_m2[2].signum();
         let (s, c) = 1.5f64.sin_cos();
         let expected = [1.0 - c, 0.0, s].map(|f| -2.0 * outward * f);
         assert!(
@@ -678,16 +678,19 @@ mod tests {
     fn points_far_from_the_surface_and_facets_without_points_are_counted() {
         let facets = sheet(4, flat);
         let mut points = scattered(200, |[x, y]| [0.3 * x, y, 0.0]);
-        let near = of_pressures(points.clone(), |_| [1.0, 0.0]);
+        let near = pressure_field(points.clone(), |_| [1.0, 0.0]);
         let (_, map) = super::map(&near, &facets);
         assert_eq!(map.far_points, 0);
         assert!((8..=16).contains(&map.empty_facets), "{map:?}");
         points[3][2] = 0.6;
         points[7][2] = -7.0;
-        assert_eq!(far_off(&points, &facets, 8.0), None);
-        assert_eq!(far_off(&points, &facets, 1.0), Some((1, 7.0)));
-        assert_eq!(far_off(&points, &facets, 0.5).map(|far| far.0), Some(2));
-        let (_, map) = super::map(&of_pressures(points, |_| [1.0, 0.0]), &facets);
+        assert_eq!(farthest_outlier(&points, &facets, 8.0), None);
+        assert_eq!(farthest_outlier(&points, &facets, 1.0), Some((1, 7.0)));
+        assert_eq!(
+            farthest_outlier(&points, &facets, 0.5).map(|far| far.0),
+            Some(2)
+        );
+        let (_, map) = super::map(&pressure_field(points, |_| [1.0, 0.0]), &facets);
         assert_eq!((map.far_points, map.farther_than(1.0)), (2, 1));
         assert!((map.largest_distance_m - 7.0).abs() < 1e-12);
     }

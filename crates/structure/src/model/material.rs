@@ -30,9 +30,9 @@ pub(super) fn material(
         }
         MaterialSpec::OfMesh(name) => name,
     };
-    let own: BTreeSet<u32> = elements.iter().copied().collect();
-    let share = |m: &MeshMaterial| m.elements.iter().filter(|e| own.contains(e)).count();
-    let found = match name {
+    let elements: BTreeSet<u32> = elements.iter().copied().collect();
+    let share = |m: &MeshMaterial| m.elements.iter().filter(|e| elements.contains(e)).count();
+    let material = match name {
         Some(name) => {
             let of_body = format!("{body}.{name}");
             let is_meant = |m: &&MeshMaterial| m.name == of_body || m.name == *name;
@@ -46,21 +46,21 @@ pub(super) fn material(
                     names: used.iter().map(|m| m.name.clone()).collect(),
                 });
             }
-            let all = used.first().copied();
-            all.filter(|m| share(m) == own.len())
+            let first = used.first().copied();
+            first.filter(|m| share(m) == elements.len())
         }
     };
-    let Some(found) = found else {
+    let Some(material) = material else {
         return Err(ModelError::NoMaterial {
             body: body.to_owned(),
             name: name.clone(),
             available: materials(mesh),
         });
     };
-    of_mesh(found, body)
+    mesh_material(material, body)
 }
 
-fn of_mesh(found: &MeshMaterial, body: &str) -> Result<Material, ModelError> {
+fn mesh_material(found: &MeshMaterial, body: &str) -> Result<Material, ModelError> {
     let wrong = |reason: String| ModelError::BadMaterial {
         body: body.to_owned(),
         name: found.name.clone(),

@@ -242,13 +242,13 @@ pub fn negative_eigenvalues(matrix: &CscMatrix<f64>) -> usize {
             coupled - 1
         });
     }
-    let mut own = CooMatrix::new(coupled, coupled);
+    let mut own_entries = CooMatrix::new(coupled, coupled);
     let mut scales = CscMatrix::identity(coupled);
     let mut negative = 0;
     for (i, j, v) in entries() {
         match (place[i], place[j]) {
             (Some(i), Some(j)) => {
-                own.push(i, j, *v);
+                own_entries.push(i, j, *v);
                 if i == j && *v > 0.0 {
                     scales.values_mut()[i] = *v;
                 }
@@ -256,9 +256,9 @@ pub fn negative_eigenvalues(matrix: &CscMatrix<f64>) -> usize {
             _ => negative += usize::from(*v < 0.0),
         }
     }
-    let own = CscMatrix::from(&own);
-    let counted = Symbolic::analyse(&own)
-        .and_then(|symbolic| sparse::negative_eigenvalues(&own, -NEGATIVE, &scales, &symbolic));
+    let matrix = CscMatrix::from(&own_entries);
+    let counted = Symbolic::analyse(&matrix)
+        .and_then(|symbolic| sparse::negative_eigenvalues(&matrix, -NEGATIVE, &scales, &symbolic));
     negative + counted.unwrap_or(0)
 }
 
@@ -277,7 +277,7 @@ pub struct TooFarOff {
 
 /// First entry of a symmetric matrix that makes it indefinite by itself: its square exceeds the
 /// product of the entries of the diagonal in its row and column by more than rounding.
-pub fn too_far_off(matrix: &CscMatrix<f64>) -> Option<TooFarOff> {
+pub fn find_indefinite_entry(matrix: &CscMatrix<f64>) -> Option<TooFarOff> {
     let mut diagonal = vec![0.0; matrix.ncols()];
     for (i, _, v) in matrix.triplet_iter().filter(|(i, j, _)| i == j) {
         diagonal[i] = *v;
@@ -374,7 +374,7 @@ fn symmetric(
             largest,
         });
     }
-    if let Some(found) = too_far_off(&matrix) {
+    if let Some(found) = find_indefinite_entry(&matrix) {
         let (row, column) = numbered((found.row, found.column));
         return Err(MatricesError::TooFarOff {
             what,
@@ -419,14 +419,14 @@ pub struct PlacedMatrices {
     /// Matrices as they were given.
     pub given: Arc<GivenMatrices>,
     /// Unknown of the body that each row is.
-    pub places: Vec<Place>,
+    pub places: Vec<RowUnknown>,
     /// Axes of the matrices as columns, in those of the scene, where the body is turned.
     pub axes: Option<[[f64; 3]; 3]>,
 }
 
 /// Unknown of a body that a row of its matrices is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-pub enum Place {
+pub enum RowUnknown {
     /// Displacement of a node of the mesh, local number, along an axis of the matrices.
     Displacement {
         /// Node in the body's own numbering.
@@ -463,14 +463,14 @@ impl Serialize for PlacedMatrices {
 
 impl PlacedMatrices {
     /// Number of unknowns that no node of the mesh has.
-    pub fn others(&self) -> usize {
-        let other = |place: &&Place| matches!(place, Place::Other { .. });
+    pub fn unmeshed_unknowns(&self) -> usize {
+        let other = |place: &&RowUnknown| matches!(place, RowUnknown::Other { .. });
         self.places.iter().filter(other).count()
     }
 
     /// Number of rows that are left out: they have neither stiffness nor mass, nor a spring.
     pub fn empty(&self) -> usize {
-        let empty = self.places.iter().filter(|p| **p == Place::Empty);
+        let empty = self.places.iter().filter(|p| **p == RowUnknown::Empty);
         empty.count()
     }
 
@@ -481,17 +481,17 @@ impl PlacedMatrices {
         row: usize,
         nodes: usize,
     ) -> impl Iterator<Item = (usize, usize, f64)> {
-        let found = match self.places[row] {
-            Place::Displacement { node, axis } => {
+        let place = match self.places[row] {
+            RowUnknown::Displacement { node, axis } => {
                 Some((node as usize, usize::from(axis), self.axes))
             }
-            Place::Other { number, .. } => {
+            RowUnknown::Other { number, .. } => {
                 let number = number as usize;
                 Some((nodes + number / 3, number % 3, None))
             }
-            Place::Empty => None,
+            RowUnknown::Empty => None,
         };
-        found.into_iter().flat_map(|(node, axis, axes)| {
+        place.into_iter().flat_map(|(node, axis, axes)| {
             (0..3).filter_map(move |k| {
                 let weight = axes.map_or(f64::from(k == axis), |axes| axes[k][axis]);
                 (weight != 0.0).then_some((node, k, weight))
@@ -504,7 +504,7 @@ impl PlacedMatrices {
     pub(crate) fn translation(&self, vector: [f64; 3]) -> Vec<f64> {
         let of = |row: &Row| match row {
             Row::Node { direction, .. } if *direction <= 3 => {
-                self.along(usize::from(*direction) - 1, vector)
+                self.component(usize::from(*direction) - 1, vector)
             }
             _ => 0.0,
         };
@@ -518,13 +518,13 @@ impl PlacedMatrices {
         axis: [f64; 3],
         arm: impl Fn(u32) -> [f64; 3],
     ) -> Option<Vec<f64>> {
-        let of = |(place, row): (&Place, &Row)| match (place, row) {
-            (Place::Displacement { node, axis: k }, _) => {
-                Some(self.along(usize::from(*k), cross(axis, arm(*node))))
+        let of = |(place, row): (&RowUnknown, &Row)| match (place, row) {
+            (RowUnknown::Displacement { node, axis: k }, _) => {
+                Some(self.component(usize::from(*k), cross(axis, arm(*node))))
             }
-            (Place::Empty, _) | (_, Row::Generalised) => Some(0.0),
+            (RowUnknown::Empty, _) | (_, Row::Generalised) => Some(0.0),
             (_, Row::Node { direction, .. }) if *direction > 3 => {
-                Some(self.along(usize::from(*direction) - 4, axis))
+                Some(self.component(usize::from(*direction) - 4, axis))
             }
             (_, Row::Node { .. }) => None,
         };
@@ -535,7 +535,7 @@ impl PlacedMatrices {
     pub(super) fn axes_with_rows(&self, nodes: usize) -> Vec<[bool; 3]> {
         let mut known = vec![[false; 3]; nodes];
         for place in &self.places {
-            if let Place::Displacement { node, axis } = *place {
+            if let RowUnknown::Displacement { node, axis } = *place {
                 known[node as usize][usize::from(axis)] = true;
             }
         }
@@ -543,7 +543,7 @@ impl PlacedMatrices {
     }
 
     /// Component of a vector along an axis of the matrices.
-    fn along(&self, axis: usize, vector: [f64; 3]) -> f64 {
+    fn component(&self, axis: usize, vector: [f64; 3]) -> f64 {
         let of_turned = |axes: [[f64; 3]; 3]| (0..3).map(|k| axes[k][axis] * vector[k]).sum();
         self.axes.map_or(vector[axis], of_turned)
     }
@@ -573,7 +573,7 @@ pub(super) fn place(
         }
     }
     let mut others = 0..;
-    let mut other = |rotates| Place::Other {
+    let mut other = |rotates| RowUnknown::Other {
         number: others.next().unwrap_or(u32::MAX),
         rotates,
     };
@@ -587,10 +587,10 @@ pub(super) fn place(
     };
     let rows = given.rows().iter().zip(&given.is_empty);
     let places = rows.map(|(row, is_empty)| match *row {
-        _ if *is_empty && !is_sprung(row) => Place::Empty,
+        _ if *is_empty && !is_sprung(row) => RowUnknown::Empty,
         Row::Generalised => other(None),
         Row::Node { node, direction } => match local.get(&node) {
-            Some(&node) if direction <= 3 => Place::Displacement {
+            Some(&node) if direction <= 3 => RowUnknown::Displacement {
                 node,
                 axis: direction - 1,
             },
@@ -603,7 +603,7 @@ pub(super) fn place(
         axes,
     };
     let mut loaded = placed.places.iter().zip(given.load_n().unwrap_or_default());
-    if let Some(at) = loaded.position(|(place, f)| *place == Place::Empty && *f != 0.0) {
+    if let Some(at) = loaded.position(|(place, f)| *place == RowUnknown::Empty && *f != 0.0) {
         return Err(ModelError::LoadOnEmptyRow {
             body: body.to_owned(),
             row: at + 1,
@@ -654,9 +654,9 @@ pub(super) fn axes_of(assembly: &Assembly, body: &BodySpec) -> Option<[[f64; 3];
     }
     turns.retain(|placement| placement.angle_rad != 0.0);
     for placement in turns.iter().rev() {
-        let origin = placement.of([0.0; 3]);
+        let origin = placement.apply([0.0; 3]);
         for axis in &mut axes {
-            let end = placement.of(*axis);
+            let end = placement.apply(*axis);
             *axis = [0, 1, 2].map(|k| end[k] - origin[k]);
         }
     }

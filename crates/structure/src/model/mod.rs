@@ -17,7 +17,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::structure::OtherSector;
 use dovetail_dynamics::contact::PairLaw;
-use dovetail_dynamics::reduced::Quantity;
+use dovetail_dynamics::reduced::ObservedQuantity;
 use dovetail_dynamics::reduced::{DiscExcitation, Influence, InfluenceCoefficient};
 use dovetail_mesh::{Connectivity, ElementType};
 
@@ -58,12 +58,12 @@ pub use description::{
     ObservationSpec, Prestress, RotationSpec, Sector, Side, SpringSpec, Strength, SurfaceFields,
 };
 pub use dovetail_mesh::Row;
-pub use error::{ModelError, Subject};
+pub use error::{ErrorSubject, ModelError};
 pub use friction::FrictionMap;
 pub use mapping::FieldMap;
 pub use matrices::{
-    Asymmetry, GivenMatrices, MatricesError, Place, PlacedMatrices, TooFarOff, asymmetry,
-    empty_rows, negative_eigenvalues, too_far_off,
+    Asymmetry, GivenMatrices, MatricesError, PlacedMatrices, RowUnknown, TooFarOff, asymmetry,
+    empty_rows, find_indefinite_entry, negative_eigenvalues,
 };
 pub use mesh_source::{MeshKind, MeshSource};
 
@@ -87,7 +87,7 @@ pub struct Model {
     /// Names of the contacts that have pairs, in the order of the scene.
     pub contact_names: Vec<String>,
     /// Harmonic loads. A complex field on a surface is two of them, a quarter of a period apart.
-    pub excitations: Vec<Excitation>,
+    pub excitations: Vec<ModelExcitation>,
     /// Reports of how fields at points in space were mapped to surfaces.
     pub maps: Vec<FieldMap>,
     /// Reports of the coefficients of friction that contacts have from fields.
@@ -113,8 +113,8 @@ impl Model {
 
     /// Largest distance between the node of a pair and its counterpart on the other flank, m.
     pub fn largest_mismatch_m(&self) -> f64 {
-        let all = self.matches.iter().map(|m| m.largest_mismatch_m);
-        all.fold(0.0, f64::max)
+        let mismatches = self.matches.iter().map(|m| m.largest_mismatch_m);
+        mismatches.fold(0.0, f64::max)
     }
 
     /// Number of elements of each type in all bodies.
@@ -133,7 +133,7 @@ pub struct Body {
     /// Name in the description.
     pub name: String,
     /// Source of its stiffness and mass.
-    pub matrices: Matrices,
+    pub matrices: MatrixOrigin,
     /// True if the body carries the load and prestress of the rotation, whatever its speed.
     pub rotates: bool,
     /// Number of modes that a Craig-Bampton reduction of this body keeps; `None` where it is not
@@ -167,7 +167,7 @@ pub struct Body {
 
 /// Source of the stiffness and mass of a body.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub enum Matrices {
+pub enum MatrixOrigin {
     /// Finite elements of this material.
     Elements(Material),
     /// Matrices of another program.
@@ -178,8 +178,8 @@ impl Body {
     /// Material of the elements; `None` where the matrices come from another program.
     pub fn material(&self) -> Option<Material> {
         match &self.matrices {
-            Matrices::Elements(material) => Some(*material),
-            Matrices::Given(_) => None,
+            MatrixOrigin::Elements(material) => Some(*material),
+            MatrixOrigin::Given(_) => None,
         }
     }
 
@@ -198,10 +198,10 @@ impl Body {
 
     /// [`Body::mesh_node_of`] of each free node.
     fn mesh_nodes_of_free_nodes(&self) -> Vec<usize> {
-        let mut found = vec![None; self.dofs.free_nodes()];
+        let mut nodes = vec![None; self.dofs.free_nodes()];
         for (node, motion) in self.dofs.nodes.iter().enumerate() {
             if let NodeMotion::Free(free) = motion {
-                found[*free as usize] = Some(node);
+                nodes[*free as usize] = Some(node);
             }
         }
         let first = self.dofs.nodes.len();
@@ -209,10 +209,10 @@ impl Body {
             let near = chain.links.first().map(|(node, _)| *node as usize);
             for &node in &chain.nodes {
                 let free = self.dofs.auxiliary[node as usize - first] as usize;
-                found[free] = found[free].or(near);
+                nodes[free] = nodes[free].or(near);
             }
         }
-        found.into_iter().map(|node| node.unwrap_or(0)).collect()
+        nodes.into_iter().map(|node| node.unwrap_or(0)).collect()
     }
 }
 
@@ -430,12 +430,12 @@ impl Cyclic {
 
     /// Matrix that turns directions from the first sector to sector j, counted from 0.
     pub fn turned_to(&self, sector: usize) -> [[f64; 3]; 3] {
-        let mut all = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+        let mut axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
         for _ in 0..sector {
-            all = [0, 1, 2]
-                .map(|i| [0, 1, 2].map(|j| (0..3).map(|k| self.turn[i][k] * all[k][j]).sum()));
+            axes = [0, 1, 2]
+                .map(|i| [0, 1, 2].map(|j| (0..3).map(|k| self.turn[i][k] * axes[k][j]).sum()));
         }
-        all
+        axes
     }
 
     /// Sector that lies so many sectors ahead: the next one, 1, or the one before, -1; `None` for any
@@ -585,7 +585,7 @@ pub struct StraightenedEdges {
 
 /// Harmonic load: `amplitude cos(harmonic omega t - phase_rad)` times one unit of it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Excitation {
+pub struct ModelExcitation {
     /// One unit of the load: bodies (indices in [`Model::bodies`]) and the loads on them.
     pub loads: Vec<(usize, AppliedLoad)>,
     /// Amplitude, in the unit of [`ExcitationKind::unit`], harmonic and phase.
@@ -607,7 +607,7 @@ pub struct Observation {
     /// Name in the results.
     pub name: String,
     /// What is observed.
-    pub quantity: Quantity,
+    pub quantity: ObservedQuantity,
     /// Nodes, each with a vector: for a displacement the direction times the node's weight, for a
     /// strain over m.
     pub terms: Vec<(BodyNode, [f64; 3])>,

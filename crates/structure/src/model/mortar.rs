@@ -28,14 +28,14 @@ use faer::Mat;
 /// Result of the pairing of two flanks.
 pub(super) struct Mortar {
     /// Row of each node of the slave flank; `None` for a node that carries nothing.
-    pub rows: Vec<Option<Row>>,
+    pub rows: Vec<Option<MortarRow>>,
     /// Facets that lie opposite each other.
     pub opposite: Opposite,
 }
 
 /// Area and weights of one slave node.
 #[derive(Debug, Clone)]
-pub(super) struct Row {
+pub(super) struct MortarRow {
     /// Area D, m2.
     pub area_m2: f64,
     /// Nodes of the master flank, by their positions in its list, ascending, and their weights.
@@ -73,7 +73,7 @@ pub(super) fn mortar(
     }
     let rows = weights.into_iter().enumerate().map(|(s, weights)| {
         let is_covered = area[s] > LEAST_COVERED * slave.areas_m2[s];
-        is_covered.then(|| Row {
+        is_covered.then(|| MortarRow {
             area_m2: area[s],
             masters: row(weights, area[s]),
         })
@@ -126,8 +126,8 @@ fn shares(facet: &Facet, parts: &[(usize, Polygon)], masters: &[Facet]) -> Optio
     if parts.is_empty() {
         return None;
     }
-    let own = facet.outline_of(facet);
-    let corners = own.len();
+    let own_outline = facet.outline_of(facet);
+    let corners = own_outline.len();
     let mut d = vec![0.0; corners];
     let mut m = Mat::<f64>::zeros(corners, corners);
     // int phi_b phi_k by slave corner b.
@@ -135,8 +135,8 @@ fn shares(facet: &Facet, parts: &[(usize, Polygon)], masters: &[Facet]) -> Optio
     for (number, part) in parts {
         let outline = facet.outline_of(&masters[*number]);
         let mut sums = Mat::<f64>::zeros(corners, outline.len());
-        for (point, weight) in points_in(part, [&own, &outline]) {
-            let (phi, master) = (values(&own, point), values(&outline, point));
+        for (point, weight) in points_in(part, [&own_outline, &outline]) {
+            let (phi, master) = (values(&own_outline, point), values(&outline, point));
             for (a, phi_a) in phi.iter().enumerate() {
                 d[a] += weight * phi_a;
                 for (b, phi_b) in phi.iter().enumerate() {
@@ -155,13 +155,13 @@ fn shares(facet: &Facet, parts: &[(usize, Polygon)], masters: &[Facet]) -> Optio
     let mut inverse = Mat::<f64>::identity(corners, corners);
     dense::solve_in_place(factor.as_ref(), inverse.as_mut());
     let weights = (0..corners).map(|a| {
-        let mut own = mixed[0].clone();
-        for (i, (_, sum)) in own.iter_mut().enumerate() {
+        let mut mixed_row = mixed[0].clone();
+        for (i, (_, sum)) in mixed_row.iter_mut().enumerate() {
             *sum = (0..corners)
                 .map(|b| d[a] * inverse[(a, b)] * mixed[b][i].1)
                 .sum();
         }
-        own
+        mixed_row
     });
     Some(Shares {
         weights: weights.collect(),
@@ -240,12 +240,12 @@ mod tests {
         [SIZE[0] * u, SIZE[1] * v, 0.2]
     }
 
-    fn found(slave: &Surface, master: &Surface, reach: Reach) -> Mortar {
+    fn test_mortar(slave: &Surface, master: &Surface, reach: Reach) -> Mortar {
         mortar([&slave.0, &master.0], [&slave.1, &master.1], reach)
     }
 
     /// Position on the master that the slave's node meets.
-    fn met(row: &Row, master: &[Vector]) -> Vector {
+    fn met(row: &MortarRow, master: &[Vector]) -> Vector {
         [0, 1, 2].map(|c| {
             row.masters
                 .iter()
@@ -263,7 +263,7 @@ mod tests {
             for quadrilaterals in [[false; 2], [true; 2], [true, false], [false, true]] {
                 let slave = grid(grids[below], quadrilaterals[0], false, bent);
                 let master = grid(grids[above], quadrilaterals[1], true, even);
-                let mortar = found(&slave, &master, FAR);
+                let mortar = test_mortar(&slave, &master, FAR);
                 for covered in mortar.opposite.covered {
                     assert!((covered - 1.0).abs() < 1e-12, "{covered}");
                 }
@@ -297,7 +297,7 @@ mod tests {
         };
         let slave = grid([9, 4], false, false, even);
         let master = grid([6, 5], false, true, turned);
-        let mortar = found(&slave, &master, FAR);
+        let mortar = test_mortar(&slave, &master, FAR);
         // Both have the same area, and so has the part that they share.
         let [own, other] = mortar.opposite.covered;
         assert!((0.3..0.9).contains(&own), "{own}");
@@ -315,7 +315,7 @@ mod tests {
         for quadrilaterals in [false, true] {
             let [slave, master] =
                 [false, true].map(|on_top| grid([5, 3], quadrilaterals, on_top, bent));
-            let mortar = found(&slave, &master, FAR);
+            let mortar = test_mortar(&slave, &master, FAR);
             for (s, row) in mortar.rows.iter().enumerate() {
                 let row = row.as_ref().unwrap();
                 assert_eq!(row.masters, [(s as u32, 1.0)]);
@@ -333,7 +333,7 @@ mod tests {
         let kite = |[u, v]: [f64; 2]| even([u - 0.4 * u * v, v - 0.4 * u * v]);
         let slave = grid([1, 1], true, false, kite);
         let master = grid([1, 1], true, true, even);
-        let mortar = found(&slave, &master, FAR);
+        let mortar = test_mortar(&slave, &master, FAR);
         for (row, own) in mortar.rows.iter().zip(&slave.0.areas_m2) {
             let off = row.as_ref().unwrap().area_m2 / own - 1.0;
             assert!(off.abs() < 5e-6, "{off:e}");
@@ -346,7 +346,7 @@ mod tests {
     fn what_is_hardly_covered_carries_nothing() {
         let slave = grid([4, 1], true, false, even);
         let master = grid([1, 1], true, true, |[u, v]| even([0.5025 * u, v]));
-        let mortar = found(&slave, &master, Reach::Given(1e-6));
+        let mortar = test_mortar(&slave, &master, Reach::Given(1e-6));
         let [own, other] = mortar.opposite.covered;
         assert!((own - 0.5025).abs() < 1e-12 && (other - 1.0).abs() < 1e-12);
         let carries: Vec<bool> = mortar.rows.iter().map(Option::is_some).collect();
@@ -357,13 +357,13 @@ mod tests {
             let [x, y, z] = even(p);
             [x, y, z + 3e-3]
         });
-        let mortar = found(&slave, &above, Reach::Given(2e-3));
+        let mortar = test_mortar(&slave, &above, Reach::Given(2e-3));
         assert!(mortar.rows.iter().all(Option::is_none));
         let missed = mortar.opposite.missed.unwrap();
         assert!((missed.apart_m.abs() - 3e-3).abs() < 1e-12 && missed.degrees > 179.0);
         // A facet that faces the same way is not opposite.
         let same_way = grid([2, 2], true, false, even);
-        let missed = found(&slave, &same_way, FAR).opposite.missed.unwrap();
+        let missed = test_mortar(&slave, &same_way, FAR).opposite.missed.unwrap();
         assert!(missed.degrees < 1.0, "{missed:?}");
     }
 }

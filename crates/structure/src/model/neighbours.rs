@@ -122,7 +122,7 @@ impl<'a> FacetTree<'a> {
 /// Point of a facet that is nearest to `p`, by the Gauss-Newton method from `start`.
 fn nearest_on(nodes_m: &[[f64; 3]], start: [f64; 2], p: [f64; 3]) -> FacetPoint {
     let mut at = start;
-    let mut best = facet::at(nodes_m, at);
+    let mut best = facet::evaluate(nodes_m, at);
     if nodes_m.len() == 3 {
         return best;
     }
@@ -141,7 +141,7 @@ fn nearest_on(nodes_m: &[[f64; 3]], start: [f64; 2], p: [f64; 3]) -> FacetPoint 
         }
         let step = [ss * td - ts * sd, tt * sd - ts * td].map(|v| v / determinant);
         let next = inside(nodes_m.len(), [at[0] + step[0], at[1] + step[1]]);
-        let point = facet::at(nodes_m, next);
+        let point = facet::evaluate(nodes_m, next);
         // Near the minimum the squares differ by their rounding alone, while the point still moves.
         if square(&point) > square(&best) * (1.0 + 1e-12) {
             break;
@@ -187,8 +187,8 @@ impl PointTree {
 
     /// Indices of the points in order of distance from `p`, with the squares of their distances.
     pub(crate) fn nearest(&self, p: [f64; 3]) -> impl Iterator<Item = (usize, f64)> {
-        let all = self.tree.nearest_neighbor_iter_with_distance_2(p);
-        all.map(|(point, square)| (point.data, square))
+        let neighbours = self.tree.nearest_neighbor_iter_with_distance_2(p);
+        neighbours.map(|(point, square)| (point.data, square))
     }
 }
 
@@ -233,7 +233,7 @@ mod tests {
                         if nodes.len() == 3 && at[0] + at[1] > 1.0 {
                             continue;
                         }
-                        least = least.min(distance(facet::at(&nodes, at).position_m, p));
+                        least = least.min(distance(facet::evaluate(&nodes, at).position_m, p));
                     }
                 }
                 let own = distance(found.position_m, p);
@@ -245,7 +245,7 @@ mod tests {
         #[test]
         fn a_lifted_point_comes_back(r in 0.1..0.6, s in 0.1..0.3, height in -0.05..0.05) {
             for nodes in [curved(), warped()] {
-                let foot = facet::at(&nodes, [r, s]);
+                let foot = facet::evaluate(&nodes, [r, s]);
                 let length = norm(foot.normal_m2);
                 let p = [0, 1, 2].map(|k| foot.position_m[k] + height * foot.normal_m2[k] / length);
                 let facets = [nodes];

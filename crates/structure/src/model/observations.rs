@@ -4,10 +4,10 @@ use std::collections::BTreeMap;
 
 use super::builder::BodyBuilder;
 use super::groups::{Face, faces, faces_touching, find_group, first_tags, kind};
-use super::loads::{check_owned, is_fixed, only_body};
+use super::loads::{check_owned, is_fixed, unique_body};
 use super::{BodyNode, ModelError, Observation};
 use crate::model::ObservationSpec;
-use dovetail_dynamics::reduced::Quantity;
+use dovetail_dynamics::reduced::ObservedQuantity;
 use dovetail_mesh::facet::{Elongation, elongation};
 use dovetail_mesh::{Group, Mesh};
 use dovetail_numerics::space::add_scaled;
@@ -28,8 +28,8 @@ pub(super) fn observation(
     let group = find_group(mesh, &spec.points, None, &used_by)?;
     check_owned(mesh, bodies, group, &used_by, &spec.points)?;
     let terms = match spec.quantity {
-        Quantity::Displacement => displacement(mesh, bodies, group, spec, used_by)?,
-        Quantity::Strain => strain(mesh, bodies, group, spec, used_by)?,
+        ObservedQuantity::Displacement => displacement(mesh, bodies, group, spec, used_by)?,
+        ObservedQuantity::Strain => strain(mesh, bodies, group, spec, used_by)?,
     };
     Ok(Observation {
         name: spec.name.clone(),
@@ -80,19 +80,19 @@ fn strain(
             found: kind(group.dimension),
         });
     }
-    let body = only_body(bodies, group, &spec.points, &used_by)?;
+    let body = unique_body(bodies, group, &spec.points, &used_by)?;
     let on = &bodies[body];
     let outside = on.outside(mesh);
-    let own = match group.dimension {
+    let group_faces = match group.dimension {
         1 => Vec::new(),
         _ => faces(mesh, group, &outside),
     };
-    let whole = !own.is_empty();
-    let all = match whole {
-        true => own,
+    let whole = !group_faces.is_empty();
+    let faces_used = match whole {
+        true => group_faces,
         false => faces_touching(mesh, &group.nodes, &outside),
     };
-    if let Some(face) = all.iter().find(|face| face.bounded != 1) {
+    if let Some(face) = faces_used.iter().find(|face| face.bounded != 1) {
         return Err(ModelError::FacetInside {
             used_by,
             group: spec.points.clone(),
@@ -105,7 +105,7 @@ fn strain(
         let coords_m: Vec<[f64; 3]> = nodes.iter().map(|&n| on.nodes_m()[n as usize]).collect();
         (nodes, elongation(&coords_m, spec.direction))
     };
-    let mut parts: Vec<(Vec<u32>, Elongation)> = all.iter().map(of_face).collect();
+    let mut parts: Vec<(Vec<u32>, Elongation)> = faces_used.iter().map(of_face).collect();
     let sines = || parts.iter().map(|(_, part)| part.largest_sine);
     let worst = match whole {
         true => sines().fold(0.0, f64::max),

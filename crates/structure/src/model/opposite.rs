@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use dovetail_mesh::element::facet_corners;
-use dovetail_mesh::interpolation::of_facet;
+use dovetail_mesh::interpolation::facet_functions;
 use dovetail_mesh::quadrature::triangle;
 use dovetail_numerics::space::{Vector, cross, distance, dot, scaled, sub, unit};
 
@@ -46,8 +46,8 @@ pub(super) struct Opposite {
 /// Finds the facets that lie opposite each other. `reach` is their largest distance along the
 /// normal.
 pub(super) fn opposite([slaves, masters]: [&[Facet]; 2], reach: Reach) -> Opposite {
-    let cells = Cells::of(masters, slaves, reach);
-    let mut found = Opposite {
+    let cells = Cells::new(masters, slaves, reach);
+    let mut result = Opposite {
         parts: Vec::with_capacity(slaves.len()),
         met: [vec![false; slaves.len()], vec![false; masters.len()]],
         covered: [0.0; 2],
@@ -57,8 +57,8 @@ pub(super) fn opposite([slaves, masters]: [&[Facet]; 2], reach: Reach) -> Opposi
     for (e, facet) in slaves.iter().enumerate() {
         let mut parts = Vec::new();
         let mut covered_m2 = 0.0;
-        for &m in &cells.around(facet) {
-            let opposite = facet.part_opposite(&masters[m], reach, &mut found.missed);
+        for &m in &cells.nearby_facets(facet) {
+            let opposite = facet.part_opposite(&masters[m], reach, &mut result.missed);
             if let Some(polygon) = opposite {
                 covered_m2 += area(&polygon);
                 parts.push((m, polygon));
@@ -68,19 +68,19 @@ pub(super) fn opposite([slaves, masters]: [&[Facet]; 2], reach: Reach) -> Opposi
             parts.clear();
         }
         for (m, part) in &parts {
-            found.met[0][e] = true;
-            found.met[1][*m] = true;
+            result.met[0][e] = true;
+            result.met[1][*m] = true;
             // The part is in the plane of the slave facet.
             let tilt = dot(facet.normal, masters[*m].normal).abs();
             common_m2[0] += area(part);
             common_m2[1] += area(part) / tilt;
         }
-        found.parts.push(parts);
+        result.parts.push(parts);
     }
     let whole = [slaves, masters].map(|facets| facets.iter().map(Facet::area_m2).sum::<f64>());
     // Facets of a hollow surface overlap where they are projected to each other's planes.
-    found.covered = [0, 1].map(|k| (common_m2[k] / whole[k]).min(1.0));
-    found
+    result.covered = [0, 1].map(|k| (common_m2[k] / whole[k]).min(1.0));
+    result
 }
 
 /// Largest distance of facets that are in contact.
@@ -93,7 +93,7 @@ pub(super) enum Reach {
 }
 
 impl Reach {
-    fn between(self, longest_m: f64) -> f64 {
+    fn distance_m(self, longest_m: f64) -> f64 {
         match self {
             Self::Given(reach) => reach,
             Self::OfFacets(share) => share * longest_m,
@@ -158,13 +158,13 @@ impl Facet {
     }
 
     /// Coordinates of a point in the plane of the facet.
-    pub(crate) fn in_plane(&self, x: Vector) -> [f64; 2] {
+    pub(crate) fn plane_coordinates(&self, x: Vector) -> [f64; 2] {
         let d = sub(x, self.centre_m);
         self.axes.map(|axis| dot(axis, d))
     }
 
     /// Point of space at coordinates in the plane of the facet, m.
-    pub(crate) fn in_space(&self, point: [f64; 2]) -> Vector {
+    pub(crate) fn space_point(&self, point: [f64; 2]) -> Vector {
         let [a, b] = self.axes;
         [0, 1, 2].map(|k| self.centre_m[k] + point[0] * a[k] + point[1] * b[k])
     }
@@ -172,12 +172,16 @@ impl Facet {
     /// Corners of a facet, projected to the plane of this one along its normal.
     pub(crate) fn outline_of(&self, facet: &Self) -> Polygon {
         let corners = &facet.nodes_m[..facet.corners];
-        corners.iter().map(|x| self.in_plane(*x)).collect()
+        corners.iter().map(|x| self.plane_coordinates(*x)).collect()
     }
 
     /// All nodes of a facet, projected to the plane of this one along its normal.
     pub(crate) fn nodes_of(&self, facet: &Self) -> Polygon {
-        facet.nodes_m.iter().map(|x| self.in_plane(*x)).collect()
+        facet
+            .nodes_m
+            .iter()
+            .map(|x| self.plane_coordinates(*x))
+            .collect()
     }
 
     /// Area between the corners, m2.
@@ -198,18 +202,18 @@ impl Facet {
         if cosine < 0.0 {
             outline.reverse();
         }
-        let own = self.outline_of(self);
-        let part = clipped(own.clone(), &outline);
-        if area(&part) < LEAST_PART * area(&own) {
+        let own_outline = self.outline_of(self);
+        let part = clipped(own_outline.clone(), &outline);
+        if area(&part) < LEAST_PART * area(&own_outline) {
             return None;
         }
         // Between the planes of both, at the middle of the part.
         let count = part.len() as f64;
         let middle = [0, 1].map(|k| part.iter().map(|p| p[k]).sum::<f64>() / count);
-        let on_own = self.in_space(middle);
+        let on_own = self.space_point(middle);
         let apart_m = dot(sub(master.centre_m, on_own), master.normal) / cosine;
         let distance_m = apart_m.abs();
-        let too_far = distance_m > reach.between(self.longest_m.max(master.longest_m));
+        let too_far = distance_m > reach.distance_m(self.longest_m.max(master.longest_m));
         if too_far || cosine > FACING {
             let is_nearest = missed.is_none_or(|m| distance_m < m.apart_m.abs());
             if is_nearest && distance_m.is_finite() {
@@ -276,7 +280,7 @@ fn is_affine(nodes: &Polygon) -> bool {
 
 /// Shape functions of the nodes of a facet at a point of the plane that they are given in.
 pub(super) fn values(nodes: &Polygon, point: [f64; 2]) -> Vec<f64> {
-    let functions = of_facet(nodes.len(), reference(nodes, point));
+    let functions = facet_functions(nodes.len(), reference(nodes, point));
     functions.iter().map(|f| f.value).collect()
 }
 
@@ -286,7 +290,7 @@ pub(super) fn reference(nodes: &Polygon, point: [f64; 2]) -> [f64; 2] {
     const MOST_STEPS: usize = 30;
     let mut local = [0.0; 2];
     for _ in 0..MOST_STEPS {
-        let functions = of_facet(nodes.len(), local);
+        let functions = facet_functions(nodes.len(), local);
         let sum = |of: &dyn Fn(usize) -> f64, k: usize| -> f64 {
             (0..nodes.len()).map(|i| of(i) * nodes[i][k]).sum()
         };
@@ -351,7 +355,7 @@ struct Cells {
 impl Cells {
     /// Cells as wide as the largest distance between the middles of two facets that lie opposite
     /// each other.
-    fn of(masters: &[Facet], slaves: &[Facet], reach: Reach) -> Self {
+    fn new(masters: &[Facet], slaves: &[Facet], reach: Reach) -> Self {
         let largest = |of: fn(&Facet) -> f64| {
             let both = [masters, slaves].map(|f| f.iter().map(of).fold(0.0, f64::max));
             (both[0] + both[1], both[0].max(both[1]))
@@ -359,7 +363,7 @@ impl Cells {
         let far = masters.iter().flat_map(|f| f.centre_m);
         let far = far.fold(0.0, |m: f64, x| m.max(x.abs()));
         // Cells are numbered by i64: no finer than 1e-15 of the largest coordinate.
-        let width = largest(|f| f.radius_m).0 + reach.between(largest(|f| f.longest_m).1);
+        let width = largest(|f| f.radius_m).0 + reach.distance_m(largest(|f| f.longest_m).1);
         let mut cells = Self {
             width_m: width.max(far * 1e-15).max(f64::MIN_POSITIVE),
             of: HashMap::new(),
@@ -376,18 +380,18 @@ impl Cells {
     }
 
     /// Master facets in the cells around a facet, ascending.
-    fn around(&self, facet: &Facet) -> Vec<usize> {
+    fn nearby_facets(&self, facet: &Facet) -> Vec<usize> {
         let [x, y, z] = self.cell(facet);
         let near = -1..=1;
-        let mut found = Vec::new();
+        let mut facets = Vec::new();
         for a in near.clone() {
             for b in near.clone() {
                 for c in near.clone() {
-                    found.extend(self.of.get(&[x + a, y + b, z + c]).into_iter().flatten());
+                    facets.extend(self.of.get(&[x + a, y + b, z + c]).into_iter().flatten());
                 }
             }
         }
-        found.sort_unstable();
-        found
+        facets.sort_unstable();
+        facets
     }
 }

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use super::builder::BodyBuilder;
 use super::groups::{find_group, kind};
-use super::loads::{check_nodes, only_body, outward_facets};
+use super::loads::{check_nodes, outward_facets, unique_body};
 use super::{BodyNode, Dashpot, ModelError, Slave, Spring, SpringChain, SpringSupport};
 use crate::model::{DashpotSpec, SpringSpec};
 use dovetail_mesh::facet::shares;
@@ -39,7 +39,7 @@ pub(super) fn add_spring(
     spec: &SpringSpec,
 ) -> Result<Option<Slave>, ModelError> {
     let used_by = format!("spring `{}`", spec.name);
-    let first = Place::of(mesh, bodies, (spec.direction, &spec.first), &used_by)?;
+    let first = Place::find(mesh, bodies, (spec.direction, &spec.first), &used_by)?;
     let Some(second) = &spec.second else {
         let on = match first.facets(mesh, bodies, &used_by)? {
             Some(facets) => SpringSupport::Surface(facets),
@@ -48,10 +48,10 @@ pub(super) fn add_spring(
                 SpringSupport::Nodes(first.group.nodes.iter().map(local).collect())
             }
         };
-        bodies[first.body].add_spring(with(spec, spec.stiffness_n_m, on));
+        bodies[first.body].add_spring(make_spring(spec, spec.stiffness_n_m, on));
         return Ok(None);
     };
-    let second = Place::of(mesh, bodies, (spec.direction, second), &used_by)?;
+    let second = Place::find(mesh, bodies, (spec.direction, second), &used_by)?;
     let mut links = [Vec::new(), Vec::new()];
     for (links, place) in links.iter_mut().zip([&first, &second]) {
         *links = place.links(mesh, bodies, &used_by)?;
@@ -98,7 +98,7 @@ pub(super) fn dashpots_of(
     let mut weights: Vec<(BodyNode, f64)> = Vec::new();
     for (name, sign) in ends {
         let Some(name) = name else { continue };
-        let place = Place::of(mesh, bodies, (spec.direction, name), &used_by)?;
+        let place = Place::find(mesh, bodies, (spec.direction, name), &used_by)?;
         let body = place.body;
         let links = place.links(mesh, bodies, &used_by)?.into_iter();
         weights.extend(links.map(|(node, weight)| (BodyNode { body, node }, sign * weight)));
@@ -120,7 +120,7 @@ pub(super) fn dashpots_of(
     })
 }
 
-fn with(spec: &SpringSpec, stiffness_n_m: f64, on: SpringSupport) -> Spring {
+fn make_spring(spec: &SpringSpec, stiffness_n_m: f64, on: SpringSupport) -> Spring {
     Spring {
         name: spec.name.clone(),
         stiffness_n_m,
@@ -144,7 +144,7 @@ fn add_chain(
     }
     let last = nodes.last().copied();
     let chain = SpringSupport::Chain(SpringChain { links, nodes });
-    body.add_spring(with(spec, stiffness_n_m, chain));
+    body.add_spring(make_spring(spec, stiffness_n_m, chain));
     last
 }
 
@@ -156,7 +156,7 @@ struct Place<'a> {
 }
 
 impl<'a> Place<'a> {
-    fn of(
+    fn find(
         mesh: &'a Mesh,
         bodies: &[BodyBuilder],
         (direction, name): (Option<[f64; 3]>, &'a str),
@@ -172,7 +172,7 @@ impl<'a> Place<'a> {
         }
         let axes = direction.unwrap_or([1.0; 3]);
         check_nodes(mesh, bodies, group, axes, used_by, name)?;
-        let body = only_body(bodies, group, name, used_by)?;
+        let body = unique_body(bodies, group, name, used_by)?;
         Ok(Self { name, group, body })
     }
 
@@ -223,9 +223,9 @@ impl<'a> Place<'a> {
         let along = |axis: usize| extent(nodes.iter().map(|&n| position(body.local(n))[axis]));
         let axis = (0..3).max_by(|&a, &b| along(a).total_cmp(&along(b)));
         let axis = axis.unwrap_or(0);
-        let all = nodes.iter().zip(&weights);
-        let moving =
-            all.filter(|(n, weight)| !body.is_fixed(**n) && weight.abs() > NO_WEIGHT * largest);
+        let weighted = nodes.iter().zip(&weights);
+        let moving = weighted
+            .filter(|(n, weight)| !body.is_fixed(**n) && weight.abs() > NO_WEIGHT * largest);
         let mut links: Vec<(u32, f64)> = moving
             .map(|(&n, &weight)| (body.local(n), weight))
             .collect();

@@ -28,7 +28,7 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 use super::neighbours::PointTree;
 use super::opposite::{Facet, Opposite, Reach, opposite, points_in, reference, values};
 use dovetail_mesh::element::facet_corners;
-use dovetail_mesh::interpolation::of_facet;
+use dovetail_mesh::interpolation::facet_functions;
 use dovetail_numerics::dense;
 use dovetail_numerics::space::{Vector, cross, distance, dot, scaled, sub, unit};
 use faer::Mat;
@@ -97,8 +97,8 @@ type Rows = Vec<Option<BTreeMap<u32, f64>>>;
 
 /// Rows of a surface whose facets are facets of the other one.
 fn node_by_node([own, other]: [&Sheet; 2]) -> Option<Rows> {
-    let meeting = Meeting::of(&own.nodes_m, &other.nodes_m, |x| x);
-    if meeting.apart().next().is_some() {
+    let meeting = Meeting::new(&own.nodes_m, &other.nodes_m, |x| x);
+    if meeting.unmatched_nodes().next().is_some() {
         return None;
     }
     let sorted = |mut facet: Vec<u32>| {
@@ -125,7 +125,7 @@ pub(super) struct Meeting {
 
 impl Meeting {
     /// Nearest of `others_m` to each of `nodes_m` after a motion of these.
-    pub(crate) fn of(
+    pub(crate) fn new(
         nodes_m: &[Vector],
         others_m: &[Vector],
         moved: impl Fn(Vector) -> Vector,
@@ -134,8 +134,8 @@ impl Meeting {
         let spacing_m = |x: &Vector| own.nearest(*x).nth(1).map(|(_, square)| square.sqrt());
         let spacings_m = nodes_m.iter().filter_map(spacing_m);
         let nearest = |x: &Vector| {
-            let found = others.nearest(moved(*x)).next();
-            found.map_or((0, f64::INFINITY), |(k, square)| (k, square.sqrt()))
+            let nearest = others.nearest(moved(*x)).next();
+            nearest.map_or((0, f64::INFINITY), |(k, square)| (k, square.sqrt()))
         };
         Self {
             nearest: nodes_m.iter().map(nearest).collect(),
@@ -144,10 +144,11 @@ impl Meeting {
     }
 
     /// Numbers of the nodes that meet none.
-    pub(crate) fn apart(&self) -> impl Iterator<Item = usize> {
-        let all = self.nearest.iter().enumerate();
+    pub(crate) fn unmatched_nodes(&self) -> impl Iterator<Item = usize> {
+        let distances = self.nearest.iter().enumerate();
         // A face of one node has no spacing, and meets anything.
-        all.filter(|(_, near)| near.1 > MEETING * self.spacing_m)
+        distances
+            .filter(|(_, near)| near.1 > MEETING * self.spacing_m)
             .map(|(i, _)| i)
     }
 
@@ -167,7 +168,10 @@ fn interpolated([own, other]: [&Sheet; 2], masters: &[Facet], opposite: &Opposit
     }
     let row = |(x, candidates): (&Vector, &BTreeSet<usize>)| {
         let place = |&m: &usize| {
-            let at = reference(&masters[m].nodes_of(&masters[m]), masters[m].in_plane(*x));
+            let at = reference(
+                &masters[m].nodes_of(&masters[m]),
+                masters[m].plane_coordinates(*x),
+            );
             (m, at, outside(other.facets[m].len(), at))
         };
         let best = candidates.iter().map(place);
@@ -176,7 +180,7 @@ fn interpolated([own, other]: [&Sheet; 2], masters: &[Facet], opposite: &Opposit
             return None;
         }
         let nodes = &other.facets[m];
-        let functions = of_facet(nodes.len(), at).into_iter();
+        let functions = facet_functions(nodes.len(), at).into_iter();
         Some(
             nodes
                 .iter()
@@ -231,13 +235,13 @@ struct Integrals {
 }
 
 impl Integrals {
-    fn of(
+    fn new(
         [own, other]: [&Sheet; 2],
         [slaves, masters]: [&[Facet]; 2],
         opposite: &Opposite,
         rows: &Rows,
     ) -> Self {
-        let mut all = Self {
+        let mut integrals = Self {
             own: vec![Moments::default(); own.nodes.len()],
             squares_m2: vec![0.0; own.nodes.len()],
             with_own: HashMap::new(),
@@ -250,29 +254,29 @@ impl Integrals {
             }
             let (outline, in_plane) = (slave.outline_of(slave), slave.nodes_of(slave));
             for &a in &nodes[..outline.len()] {
-                let sum = all.normals.entry(a).or_default();
+                let sum = integrals.normals.entry(a).or_default();
                 let normal = scaled(slave.normal, slave.area_m2());
                 *sum = [0, 1, 2].map(|k| sum[k] + normal[k]);
             }
             for (m, part) in parts {
                 let opposite = slave.nodes_of(&masters[*m]);
                 for (point, weight) in points_in(part, [&in_plane, &opposite]) {
-                    let at = slave.in_space(point);
+                    let at = slave.space_point(point);
                     let local = reference(&in_plane, point);
-                    let phi = of_facet(in_plane.len(), local);
-                    let linear = of_facet(outline.len(), local);
+                    let phi = facet_functions(in_plane.len(), local);
+                    let linear = facet_functions(outline.len(), local);
                     let phi_master = values(&opposite, point);
                     for (&i, phi) in nodes.iter().zip(&phi) {
-                        all.own[i as usize].add(weight * phi.value, at);
-                        all.squares_m2[i as usize] += weight * phi.value * phi.value;
+                        integrals.own[i as usize].add(weight * phi.value, at);
+                        integrals.squares_m2[i as usize] += weight * phi.value * phi.value;
                     }
                     for (&a, corner) in nodes.iter().zip(&linear) {
                         let weight = weight * corner.value;
-                        let sums = all.with_own.entry(a).or_default();
+                        let sums = integrals.with_own.entry(a).or_default();
                         for (&i, phi) in nodes.iter().zip(&phi) {
                             sums.entry(i).or_default().add(weight * phi.value, at);
                         }
-                        let sums = all.with_master.entry(a).or_default();
+                        let sums = integrals.with_master.entry(a).or_default();
                         for (&k, phi) in other.facets[*m].iter().zip(&phi_master) {
                             sums.entry(k).or_default().add(weight * phi, at);
                         }
@@ -280,7 +284,7 @@ impl Integrals {
                 }
             }
         }
-        all
+        integrals
     }
 }
 
@@ -291,12 +295,12 @@ fn restore_moments(
     opposite: &Opposite,
     rows: &mut Rows,
 ) {
-    let integrals = Integrals::of(sheets, facets, opposite, rows);
+    let integrals = Integrals::new(sheets, facets, opposite, rows);
     let mut corners: Vec<u32> = integrals.with_own.keys().copied().collect();
     corners.sort_unstable();
     let mut corrections: BTreeMap<(u32, u32), f64> = BTreeMap::new();
     for a in corners {
-        let Some(patch) = Patch::of(sheets[0], &integrals, a) else {
+        let Some(patch) = TiePatch::new(sheets[0], &integrals, a) else {
             continue;
         };
         // Moments of phi_k - I phi_k for each master's shape function phi_k.
@@ -329,7 +333,7 @@ fn restore_moments(
 }
 
 /// Fields `b` of the facets around a corner.
-struct Patch {
+struct TiePatch {
     corner_m: Vector,
     /// Two unit vectors across the normal, over the size of the patch.
     axes_per_m: [Vector; 2],
@@ -337,9 +341,9 @@ struct Patch {
     shares: Vec<(u32, [f64; 3])>,
 }
 
-impl Patch {
+impl TiePatch {
     /// Fields around corner `a`; `None` if its facets have no area.
-    fn of(sheet: &Sheet, integrals: &Integrals, a: u32) -> Option<Self> {
+    fn new(sheet: &Sheet, integrals: &Integrals, a: u32) -> Option<Self> {
         let nodes = || integrals.with_own[&a].keys().copied();
         let corner_m = sheet.nodes_m[a as usize];
         let far = |i: u32| distance(sheet.nodes_m[i as usize], corner_m);
@@ -361,8 +365,9 @@ impl Patch {
             })
             .collect();
         let product = |l: usize, k: usize| -> f64 {
-            let all = weighted.iter();
-            all.map(|(_, moments, weight)| moments[l] * weight * moments[k])
+            let terms = weighted.iter();
+            terms
+                .map(|(_, moments, weight)| moments[l] * weight * moments[k])
                 .sum()
         };
         let size = if is_regular(&product) { 3 } else { 1 };

@@ -6,16 +6,16 @@ use super::CyclicSpec;
 use dovetail_numerics::space::{Vector, add_scaled, cross, dot, scaled, sub};
 
 /// Turn about the axis of a disc.
-pub(super) struct Turn {
+pub(super) struct SectorTurn {
     point_m: Vector,
     /// Matrix that turns directions.
     pub matrix: [[f64; 3]; 3],
 }
 
-impl Turn {
+impl SectorTurn {
     /// Turn to the sector that lies so many sectors ahead, by the right hand (O. Rodrigues, J. Math.
     /// Pures Appl. 5 (1840) 380-440).
-    pub(crate) fn by_sectors(disc: &CyclicSpec, ahead: i32) -> Self {
+    pub(crate) fn new(disc: &CyclicSpec, ahead: i32) -> Self {
         let angle = f64::from(ahead) * TAU / disc.sectors as f64;
         let (sine, cosine) = angle.sin_cos();
         let columns = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(|unit| {
@@ -63,10 +63,10 @@ mod tests {
             point_m: [1.0, 0.0, 0.0],
             axis: [0.0, 0.0, 1.0],
         };
-        let quarter = Turn::by_sectors(&disc, 1);
+        let quarter = SectorTurn::new(&disc, 1);
         let place = quarter.place([2.0, 0.0, 5.0]);
         assert!(distance(place, [1.0, 1.0, 5.0]) < 1e-15, "{place:?}");
-        let back = Turn::by_sectors(&disc, -1).direction(quarter.direction([0.3, 0.4, 0.5]));
+        let back = SectorTurn::new(&disc, -1).direction(quarter.direction([0.3, 0.4, 0.5]));
         assert!(distance(back, [0.3, 0.4, 0.5]) < 1e-15, "{back:?}");
     }
 }

@@ -25,16 +25,16 @@ use faer::{Mat, MatRef};
 use nalgebra_sparse::CscMatrix;
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 
-use super::craig_bampton::{self, ReducedBody, check_size, side_by_side};
+use super::craig_bampton::{self, CraigBamptonBody, check_size, side_by_side};
 use super::recovery::Recovery;
 use super::residual::{ResidualVectors, residual_vectors};
 use super::transformation::{Transformation, Zeros};
-use super::truncation::{self, Truncation};
+use super::truncation::{self, ModalTruncation};
 use super::{Highest, Reduction, ReductionError, StuckModes};
 use crate::structure::{BodyMatrices, BodyVectors, Joint, Structure};
 use dovetail_dynamics::reduced::{Dashpots, Load, ObservedPoint, ReducedModel, StaticPart, Waves};
 use dovetail_numerics::dense::parallel::product;
-use dovetail_numerics::eigen::{Last, Modes, lowest_modes, more_modes, unknowns_with_mass};
+use dovetail_numerics::eigen::{LastModes, Modes, lowest_modes, more_modes, unknowns_with_mass};
 use dovetail_numerics::sparse::{
     Cholesky, FactorError, Symbolic, condense, leading, submatrix, symmetric_product, times,
 };
@@ -83,7 +83,7 @@ pub fn analyse(bodies: &[BodyMatrices], joints: &[Joint]) -> Option<Symbolic> {
     let transformation = transformation(bodies, joints, &whole).ok()?;
     let stiffness = bodies.iter().map(BodyMatrices::stiffness_with_places);
     let stiffness: Vec<_> = stiffness.collect();
-    Symbolic::analyse(&on_g(&transformation, &stiffness, Zeros::Kept)).ok()
+    Symbolic::analyse(&assemble_gg(&transformation, &stiffness, Zeros::Kept)).ok()
 }
 
 /// Reduces an assembly of so many copies of a structure, each of whose modes stands as many times, as
@@ -96,14 +96,14 @@ pub(super) fn reduce_copies(
 ) -> Result<Reduction, ReductionError> {
     let (joined, mut condensed) = Joined::new(&mut structure, analysis)?;
     let structure = &*structure;
-    let condensed_loads = joined.condensed_loads(&Loads::of(structure));
+    let condensed_loads = joined.condensed_loads(&BodyLoads::new(structure));
     let static_parts = joined.static_parts(structure);
     let mut count = copies * stuck_modes.count.unwrap_or(StuckModes::LEAST);
     let mut known = Modes::none(joined.inner());
     // Without equal modes of other bodies, some of a body's own would be left out.
     let last = match stuck_modes.count {
-        Some(_) => Last::Given,
-        None => Last::WithEqual,
+        Some(_) => LastModes::Given,
+        None => LastModes::WithEqual,
     };
     let with_mass = unknowns_with_mass(&joined.m_gg);
     loop {
@@ -120,8 +120,13 @@ pub(super) fn reduce_copies(
         let of_harmonics = count >= copies * StuckModes::OF_HARMONICS || reaches(stuck_modes.kept);
         let reached = reaches(stuck_modes.excited) && of_harmonics;
         if reached || last_try {
-            let (on_modes, amplitude) =
-                joined.on_modes(structure, condensed, &condensed_loads, modes, stuck_modes)?;
+            let (on_modes, amplitude) = joined.project_on_modes(
+                structure,
+                condensed,
+                &condensed_loads,
+                modes,
+                stuck_modes,
+            )?;
             let amplitude = if are_all { Some(0.0) } else { amplitude };
             if last_try || amplitude.is_some_and(|error| error <= ACCURATE) {
                 let mut reduction = joined.finish(structure, on_modes, amplitude);
@@ -162,11 +167,11 @@ pub fn stuck_shapes(
     count: usize,
     analysis: Option<&Symbolic>,
 ) -> Result<(Vec<f64>, Vec<Mat<f64>>), ReductionError> {
-    let bodies = coordinates(structure, &Loads::of(structure))?;
-    let stuck = Stuck::of(structure, &bodies, analysis)?;
+    let bodies = coordinates(structure, &BodyLoads::new(structure))?;
+    let stuck = Stuck::new(structure, &bodies, analysis)?;
     let transformation = &stuck.transformation;
     let masses = matrices_of(structure, &bodies, BodyMatrix::Mass);
-    let m_gg = on_g(transformation, &masses, Zeros::LeftOut);
+    let m_gg = assemble_gg(transformation, &masses, Zeros::LeftOut);
     let modes = lowest_modes(&stuck.k_gg, &m_gg, count, &stuck.factor);
     let modes = modes.map_err(|source| ReductionError::Stuck { source })?;
     let outer = transformation.unknowns() - transformation.inner();
@@ -193,7 +198,7 @@ pub fn stuck_displacement(
         Ok(Coordinates::Full)
     });
     let bodies = full.collect::<Result<Vec<_>, ReductionError>>()?;
-    let stuck = Stuck::of(structure, &bodies, analysis)?;
+    let stuck = Stuck::new(structure, &bodies, analysis)?;
     let loads: Vec<Vec<f64>> = structure.bodies.iter().map(|b| b.load_n.clone()).collect();
     let (mut g, on_x) = stuck.transformation.gather(&loads);
     stuck.factor.solve_vector(&mut g);
@@ -211,17 +216,17 @@ struct Stuck {
 }
 
 impl Stuck {
-    fn of(
+    fn new(
         structure: &Structure,
         bodies: &[Coordinates],
         analysis: Option<&Symbolic>,
     ) -> Result<Self, ReductionError> {
         let transformation = transformation(&structure.bodies, &structure.joints, bodies)?;
         let stiffness = matrices_of(structure, bodies, BodyMatrix::Stiffness);
-        let k_gg = on_g(&transformation, &stiffness, Zeros::Kept);
-        let factor = known_or_analysed(analysis, k_gg.ncols(), || Symbolic::analyse(&k_gg))
+        let k_gg = assemble_gg(&transformation, &stiffness, Zeros::Kept);
+        let factor = reuse_or_analyse(analysis, k_gg.ncols(), || Symbolic::analyse(&k_gg))
             .and_then(|symbolic| symbolic.cholesky(&k_gg))
-            .map_err(|e| not_held(structure, bodies, &transformation, e))?;
+            .map_err(|e| not_held_error(structure, bodies, &transformation, e))?;
         Ok(Self {
             transformation,
             k_gg,
@@ -231,7 +236,7 @@ impl Stuck {
 }
 
 /// Matrix K_gg or M_gg, from those of the bodies.
-fn on_g(
+fn assemble_gg(
     transformation: &Transformation,
     matrices: &[Cow<'_, CscMatrix<f64>>],
     zeros: Zeros,
@@ -244,10 +249,10 @@ fn on_g(
 /// excitation, and for each observed point, each dashpot and each mode on which the air acts the load
 /// whose work on a motion is the displacement that is observed, or that the dashpot or the air acts
 /// on.
-struct Loads<'a>(Vec<Vec<&'a [f64]>>);
+struct BodyLoads<'a>(Vec<Vec<&'a [f64]>>);
 
-impl<'a> Loads<'a> {
-    fn of(structure: &'a Structure) -> Self {
+impl<'a> BodyLoads<'a> {
+    fn new(structure: &'a Structure) -> Self {
         let on_bodies = |vectors: &'a BodyVectors| vectors.iter().map(Vec::as_slice).collect();
         let steady = structure.bodies.iter().map(|b| b.load_n.as_slice());
         let excitations = structure.excitations.iter().map(on_bodies);
@@ -262,7 +267,7 @@ impl<'a> Loads<'a> {
     }
 
     /// All loads on one body, side by side.
-    fn on_body(&self, body: usize) -> Mat<f64> {
+    fn body_loads(&self, body: usize) -> Mat<f64> {
         let columns: Vec<&[f64]> = self.0.iter().map(|load| load[body]).collect();
         Mat::from_fn(columns[0].len(), columns.len(), |i, j| columns[j][i])
     }
@@ -272,7 +277,7 @@ impl<'a> Loads<'a> {
 enum Coordinates {
     /// All free degrees of freedom.
     Full,
-    Reduced(Box<ReducedBody>),
+    Reduced(Box<CraigBamptonBody>),
 }
 
 #[derive(Clone, Copy)]
@@ -283,7 +288,7 @@ enum BodyMatrix {
 
 fn coordinates(
     structure: &Structure,
-    loads: &Loads<'_>,
+    loads: &BodyLoads<'_>,
 ) -> Result<Vec<Coordinates>, ReductionError> {
     let one = |b: usize| {
         let body = &structure.bodies[b];
@@ -291,7 +296,7 @@ fn coordinates(
         Ok(match body.fixed_interface_modes {
             None => Coordinates::Full,
             Some(modes) => {
-                let loads = loads.on_body(b);
+                let loads = loads.body_loads(b);
                 let reduced = craig_bampton::condense(body, modes, loads.as_ref())?;
                 Coordinates::Reduced(Box::new(reduced))
             }
@@ -320,7 +325,7 @@ fn matrices_of<'a>(
 }
 
 /// The analysis of so many unknowns that is known, or else one that is made.
-fn known_or_analysed(
+fn reuse_or_analyse(
     known: Option<&Symbolic>,
     unknowns: usize,
     analyse: impl FnOnce() -> Result<Symbolic, FactorError>,
@@ -352,7 +357,7 @@ fn transformation(
 
 /// Error that names what is not held, or is unstable, by the body and the node at which the
 /// factorisation stopped.
-fn not_held(
+fn not_held_error(
     structure: &Structure,
     bodies: &[Coordinates],
     transformation: &Transformation,
@@ -408,7 +413,7 @@ struct CondensedLoads {
 }
 
 /// Reduced model with its modes.
-struct OnModes {
+struct ModalModel {
     reduced: ReducedModel,
     /// Modes of [`ReducedModel::omega2`] on g, side by side.
     modes: Mat<f64>,
@@ -422,16 +427,16 @@ impl Joined {
         structure: &mut Cow<'_, Structure>,
         analysis: Option<&Symbolic>,
     ) -> Result<(Self, [Mat<f64>; 2]), ReductionError> {
-        let bodies = coordinates(structure, &Loads::of(structure))?;
+        let bodies = coordinates(structure, &BodyLoads::new(structure))?;
         let transformation = transformation(&structure.bodies, &structure.joints, &bodies)?;
-        let own = matrices_of(structure, &bodies, BodyMatrix::Stiffness);
-        let stiffness = transformation.congruent(&own, Zeros::Kept);
+        let body_stiffness = matrices_of(structure, &bodies, BodyMatrix::Stiffness);
+        let stiffness = transformation.congruent(&body_stiffness, Zeros::Kept);
         let inner: Vec<usize> = (0..transformation.inner()).collect();
         let outer: Vec<usize> = (transformation.inner()..transformation.unknowns()).collect();
         // The analysis keeps one thread busy.
         let (symbolic, (mass, k_gx, k_xg)) = rayon::join(
             || {
-                known_or_analysed(analysis, inner.len(), || {
+                reuse_or_analyse(analysis, inner.len(), || {
                     Symbolic::analyse(&submatrix(&stiffness, &inner, &inner))
                 })
             },
@@ -451,7 +456,7 @@ impl Joined {
         }
         let condensed = symbolic
             .and_then(|symbolic| condense(&stiffness, &mass, &symbolic))
-            .map_err(|error| not_held(structure, &bodies, &transformation, error))?;
+            .map_err(|error| not_held_error(structure, &bodies, &transformation, error))?;
         let m_xg = submatrix(&mass, &outer, &inner);
         let (k_gg, m_gg) = rayon::join(
             || leading(stiffness, inner.len()),
@@ -480,7 +485,7 @@ impl Joined {
         let parts = &structure.steady_parts;
         let loads = parts.iter();
         let loads = loads.map(|part| part.load.iter().map(Vec::as_slice).collect());
-        let condensed = self.condensed_loads(&Loads(loads.collect()));
+        let condensed = self.condensed_loads(&BodyLoads(loads.collect()));
         let parts = parts.iter().zip(condensed.on_x);
         parts
             .map(|(part, on_x)| StaticPart {
@@ -491,7 +496,7 @@ impl Joined {
             .collect()
     }
 
-    fn condensed_loads(&self, loads: &Loads<'_>) -> CondensedLoads {
+    fn condensed_loads(&self, loads: &BodyLoads<'_>) -> CondensedLoads {
         let parts = loads.0.iter().map(|load| {
             let on_bodies: Vec<Vec<f64>> = self
                 .bodies
@@ -522,7 +527,7 @@ impl Joined {
     }
 
     /// Model on these stuck modes, with the estimated error of its amplitudes.
-    fn on_modes(
+    fn project_on_modes(
         &self,
         structure: &Structure,
         [stiffness, mass]: [Mat<f64>; 2],
@@ -533,7 +538,7 @@ impl Joined {
         }: &CondensedLoads,
         modes: Modes,
         wanted: StuckModes,
-    ) -> Result<(OnModes, Option<f64>), ReductionError> {
+    ) -> Result<(ModalModel, Option<f64>), ReductionError> {
         let ResidualVectors {
             vectors,
             massless,
@@ -560,7 +565,8 @@ impl Joined {
         let observations = structure.observations.iter().enumerate();
         let observations = observations.map(|(o, observed)| {
             let Load { on_x, on_modes } = load(first_observed + o);
-            ObservedPoint::new(observed.name.clone(), on_x, on_modes).of(observed.quantity)
+            ObservedPoint::new(observed.name.clone(), on_x, on_modes)
+                .with_quantity(observed.quantity)
         });
         let first_dashpot = first_observed + structure.observations.len();
         let dashpots = structure.dashpots.iter().enumerate();
@@ -593,7 +599,7 @@ impl Joined {
         };
         let highest_rad_s = wanted.excited.rad_s(&reduced.omega2);
         let amplitude = self.amplitude_error(&reduced, left, highest_rad_s);
-        let on_modes = OnModes {
+        let on_modes = ModalModel {
             reduced,
             modes: vectors,
             load_n: on_g.col_as_slice(0).to_vec(),
@@ -609,7 +615,7 @@ impl Joined {
         left: truncation::EnergyShares,
         highest_rad_s: f64,
     ) -> Option<f64> {
-        let x = truncation::yielding(reduced);
+        let x = truncation::modal_yielding(reduced);
         let answers = self.answers_to_flanks(&x);
         truncation::amplitude(reduced, left, &x, &answers, highest_rad_s)
     }
@@ -627,8 +633,13 @@ impl Joined {
             .collect()
     }
 
-    fn finish(self, structure: &Structure, on_modes: OnModes, amplitude: Option<f64>) -> Reduction {
-        let truncation = Truncation {
+    fn finish(
+        self,
+        structure: &Structure,
+        on_modes: ModalModel,
+        amplitude: Option<f64>,
+    ) -> Reduction {
+        let truncation = ModalTruncation {
             amplitude,
             frequencies: self.frequency_errors(structure, &on_modes),
         };
@@ -659,7 +670,7 @@ impl Joined {
     /// Relative errors of the first stuck frequencies by the bodies that were reduced. With u the
     /// motion of the whole body and r the residual of K_ii u_i - w^2 M_ii u_i and the coupling in
     /// its interior, one step of inverse iteration lowers w^2 by r^T K_ii^-1 r (modal mass one).
-    fn frequency_errors(&self, structure: &Structure, on_modes: &OnModes) -> Vec<f64> {
+    fn frequency_errors(&self, structure: &Structure, on_modes: &ModalModel) -> Vec<f64> {
         let reduced = |body: &Coordinates| matches!(body, Coordinates::Reduced(_));
         if !self.bodies.iter().any(reduced) {
             return Vec::new();

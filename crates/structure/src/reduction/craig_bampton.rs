@@ -27,7 +27,7 @@ use dovetail_numerics::sparse::{self, Cholesky, FactorError, Symbolic, stored, s
 /// Body on the degrees of freedom of its contact nodes and the amplitudes of its fixed-interface
 /// modes and residual vectors: n coordinates, in this order.
 #[derive(Debug, Clone)]
-pub struct ReducedBody {
+pub struct CraigBamptonBody {
     /// Stiffness, N/m, n x n, every entry stored.
     pub stiffness: CscMatrix<f64>,
     /// Mass, kg, n x n (modes mass-normalised), every entry stored.
@@ -99,7 +99,7 @@ pub fn condense(
     body: &BodyMatrices,
     count: usize,
     loads: MatRef<'_, f64>,
-) -> Result<ReducedBody, ReductionError> {
+) -> Result<CraigBamptonBody, ReductionError> {
     check_size(body)?;
     let (split, n) = (body.interior_dofs(), body.dofs());
     let (inner, outer): (Vec<usize>, Vec<usize>) = ((0..split).collect(), (split..n).collect());
@@ -144,7 +144,7 @@ pub fn condense(
             };
             stored_whole(contact + modes.count(), entry)
         };
-    Ok(ReducedBody {
+    Ok(CraigBamptonBody {
         stiffness: whole(&condensed.stiffness, &|_, _| 0.0, &|i| modes.omega2[i]),
         mass: whole(
             &condensed.mass,
@@ -239,8 +239,8 @@ fn interior_error(body: &BodyMatrices, source: FactorError) -> ReductionError {
 }
 
 fn stacked(upper: MatRef<'_, f64>, lower: MatRef<'_, f64>) -> Mat<f64> {
-    let mut all = Mat::zeros(upper.nrows() + lower.nrows(), lower.ncols());
-    all.get_mut(..upper.nrows(), ..).copy_from(upper);
-    all.get_mut(upper.nrows().., ..).copy_from(lower);
-    all
+    let mut rows = Mat::zeros(upper.nrows() + lower.nrows(), lower.ncols());
+    rows.get_mut(..upper.nrows(), ..).copy_from(upper);
+    rows.get_mut(upper.nrows().., ..).copy_from(lower);
+    rows
 }

@@ -33,7 +33,7 @@ pub use assembly::{
 pub use recovery::Recovery;
 pub(crate) use residual::ResidualError;
 pub use restiffened::frequency_change;
-pub use truncation::Truncation;
+pub use truncation::ModalTruncation;
 
 /// Number of modes of a kind that are listed, and whose errors are estimated.
 pub const LISTED_MODES: usize = 6;
@@ -125,7 +125,7 @@ pub struct Reduction {
     /// Assembly on the relative displacements of its pairs and on its stuck modes.
     pub model: ReducedModel,
     /// Estimated errors by the modes left out.
-    pub truncation: Truncation,
+    pub truncation: ModalTruncation,
     /// Squared angular frequencies of the fixed-interface modes of each body, rad2/s2; empty for a
     /// body that was not reduced by itself.
     pub fixed_interface_omega2: Vec<Vec<f64>>,

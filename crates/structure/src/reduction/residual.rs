@@ -126,12 +126,12 @@ fn orthonormal(
     let least = MASSLESS_RAD_S.powi(-2);
     let massless = inertia.iter().filter(|inertia| **inertia <= least).count();
     let count = inertia.len();
-    let own = |j: usize| inertia[count - 1 - j].max(least);
+    let scale = |j: usize| inertia[count - 1 - j].max(least);
     let directions = Mat::from_fn(count, count, |i, j| {
-        directions[(i, count - 1 - j)] / own(j).sqrt()
+        directions[(i, count - 1 - j)] / scale(j).sqrt()
     });
     let vectors = Modes {
-        omega2: (0..count).map(|j| own(j).recip()).collect(),
+        omega2: (0..count).map(|j| scale(j).recip()).collect(),
         vectors: product(residual.as_ref(), directions.as_ref()),
     };
     Ok((vectors, massless))

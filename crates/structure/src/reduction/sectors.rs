@@ -69,8 +69,8 @@ pub fn wave_modes(
     nodal_diameter: usize,
     count: usize,
 ) -> Result<WaveModes, ReductionError> {
-    match at_nodal_diameter(structure, sectors, nodal_diameter) {
-        AtDiameter::Standing(sector) => {
+    match nodal_diameter_structure(structure, sectors, nodal_diameter) {
+        DiameterModel::Standing(sector) => {
             let (omega2, real) = stuck_shapes(&sector, count, None)?;
             let still = real.iter().map(|u| Mat::zeros(u.nrows(), u.ncols()));
             Ok(WaveModes {
@@ -79,7 +79,7 @@ pub fn wave_modes(
                 real,
             })
         }
-        AtDiameter::Travelling(copies) => {
+        DiameterModel::Travelling(copies) => {
             let (omega2, shapes) = stuck_shapes(&copies, 2 * count, None)?;
             // Of each two modes of one frequency the first, which is the wave at some phase.
             let first = |u: &Mat<f64>| {
@@ -97,21 +97,21 @@ pub fn wave_modes(
 }
 
 /// Sector at a nodal diameter.
-enum AtDiameter<'a> {
+enum DiameterModel<'a> {
     /// All sectors move in phase, or each against its neighbours.
     Standing(Cow<'a, Structure>),
     /// Two copies of the bodies, each for a part of the complex motion.
     Travelling(Structure),
 }
 
-fn at_nodal_diameter(
+fn nodal_diameter_structure(
     structure: &Structure,
     sectors: usize,
     nodal_diameter: usize,
-) -> AtDiameter<'_> {
+) -> DiameterModel<'_> {
     let nodal_diameter = nodal_diameter_of(nodal_diameter, sectors);
     if nodal_diameter == 0 {
-        return AtDiameter::Standing(Cow::Borrowed(structure));
+        return DiameterModel::Standing(Cow::Borrowed(structure));
     }
     if 2 * nodal_diameter == sectors {
         let mut against = structure.clone();
@@ -122,9 +122,9 @@ fn at_nodal_diameter(
                 *sector = sector.times(-1.0);
             }
         }
-        return AtDiameter::Standing(Cow::Owned(against));
+        return DiameterModel::Standing(Cow::Owned(against));
     }
-    AtDiameter::Travelling(copies(structure, sectors, nodal_diameter))
+    DiameterModel::Travelling(copies(structure, sectors, nodal_diameter))
 }
 
 /// Reduced model of a disc at a nodal diameter above 0: that of two copies of a sector
@@ -140,14 +140,14 @@ pub fn reduce_wave(
     stuck_modes: StuckModes,
 ) -> Result<Reduction, ReductionError> {
     let copies = Structure {
-        excitations: on_both(&structure.excitations, |vectors| vectors),
-        observations: on_both(&structure.observations, |observed: &mut ObservedWork| {
+        excitations: duplicate(&structure.excitations, |vectors| vectors),
+        observations: duplicate(&structure.observations, |observed: &mut ObservedWork| {
             &mut observed.load
         }),
-        dashpots: on_both(&structure.dashpots, |dashpot: &mut (f64, BodyVectors)| {
+        dashpots: duplicate(&structure.dashpots, |dashpot: &mut (f64, BodyVectors)| {
             &mut dashpot.1
         }),
-        influenced: on_both(&structure.influenced, |vectors| vectors),
+        influenced: duplicate(&structure.influenced, |vectors| vectors),
         ..copies(structure, sectors, nodal_diameter)
     };
     reduce_copies(Cow::Owned(copies), stuck_modes, 2, None)
@@ -179,8 +179,8 @@ fn copies(structure: &Structure, sectors: usize, nodal_diameter: usize) -> Struc
             }
         };
         for (of, share) in shares.into_iter().enumerate().filter(|(_, s)| *s != 0.0) {
-            let own = joint.masters.iter();
-            masters.extend(own.map(|&(at, weight)| (in_copy(of, at), share * weight)));
+            let masters_of_joint = joint.masters.iter();
+            masters.extend(masters_of_joint.map(|&(at, weight)| (in_copy(of, at), share * weight)));
         }
         Joint {
             slave: in_copy(copy, joint.slave),
@@ -207,14 +207,14 @@ fn copies(structure: &Structure, sectors: usize, nodal_diameter: usize) -> Struc
 
 /// Vectors on the bodies of a sector, on the first of two copies and then on the second one. `of` are
 /// the vectors of an item.
-fn on_both<T: Clone>(items: &[T], of: impl Fn(&mut T) -> &mut BodyVectors) -> Vec<T> {
+fn duplicate<T: Clone>(items: &[T], of: impl Fn(&mut T) -> &mut BodyVectors) -> Vec<T> {
     let on_copy = |copy: usize, item: &T| {
         let mut item = item.clone();
-        let own = std::mem::take(of(&mut item));
-        let still = own.iter().map(|body| vec![0.0; body.len()]).collect();
+        let vectors = std::mem::take(of(&mut item));
+        let still = vectors.iter().map(|body| vec![0.0; body.len()]).collect();
         let both = match copy {
-            0 => [own, still],
-            _ => [still, own],
+            0 => [vectors, still],
+            _ => [still, vectors],
         };
         *of(&mut item) = both.concat();
         item

@@ -36,13 +36,13 @@ use dovetail_numerics::sparse::{stored, times};
 const CHUNK: usize = 1024;
 
 /// Rows and columns of a 3 x 3 block.
-type Block = [[f64; 3]; 3];
+type NodeBlock = [[f64; 3]; 3];
 
-const IDENTITY: Block = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+const IDENTITY: NodeBlock = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 const AXES: [usize; 3] = [0, 1, 2];
 
 /// Product of two blocks.
-fn times_block(a: &Block, b: &Block) -> Block {
+fn times_block(a: &NodeBlock, b: &NodeBlock) -> NodeBlock {
     let entry = |i: usize, j: usize| AXES.iter().map(|&k| a[i][k] * b[k][j]).sum();
     AXES.map(|i| AXES.map(|j| entry(i, j)))
 }
@@ -60,11 +60,11 @@ pub(crate) struct Transformation {
 }
 
 /// Motion that a slave node follows.
-struct Row {
+struct TransformationRow {
     /// Pair, and the matrix that turns its relative displacements.
-    pair: Option<(usize, Block)>,
+    pair: Option<(usize, NodeBlock)>,
     /// First coordinates of the masters, and what their displacements are multiplied by.
-    masters: Vec<(usize, Block)>,
+    masters: Vec<(usize, NodeBlock)>,
 }
 
 impl Transformation {
@@ -91,22 +91,22 @@ impl Transformation {
             (body.name.clone(), body.node_tag(at.node))
         };
         let at = |node: InterfaceNode| {
-            let own = first_coordinate(node).ok_or_else(|| {
+            let coordinate = first_coordinate(node).ok_or_else(|| {
                 let (body, node) = named(node);
                 ReductionError::NotOfInterface { body, node }
             })?;
-            Ok(starts[node.body] + own)
+            Ok(starts[node.body] + coordinate)
         };
         let held = |at: InterfaceNode| bodies[at.body].held_axes(at.node);
-        let mut slaves: BTreeMap<usize, Row> = BTreeMap::new();
+        let mut slaves: BTreeMap<usize, TransformationRow> = BTreeMap::new();
         let mut pairs = 0;
         for joint in joints {
             let still = held(joint.slave);
             let mut masters = Vec::with_capacity(joint.masters.len());
             let turn = joint.across.map_or(IDENTITY, |sector| sector.turn);
             for &(master, weight) in &joint.masters {
-                let own = held(master);
-                let entry = |i: usize, j: usize| match still[i] || own[j] {
+                let held_axes = held(master);
+                let entry = |i: usize, j: usize| match still[i] || held_axes[j] {
                     true => 0.0,
                     false => weight * turn[i][j],
                 };
@@ -114,17 +114,17 @@ impl Transformation {
             }
             let pair = joint.turned.map(|turned| (pairs, turned));
             pairs += usize::from(pair.is_some());
-            let row = Row { pair, masters };
+            let row = TransformationRow { pair, masters };
             if slaves.insert(at(joint.slave)?, row).is_some() {
                 let (body, node) = named(joint.slave);
                 return Err(ReductionError::SlaveTwice { body, node });
             }
         }
-        let all = starts[sizes.len()];
-        let mut place = vec![None; all];
+        let count = starts[sizes.len()];
+        let mut place = vec![None; count];
         let mut inner = 0;
         let mut coordinate = 0;
-        while coordinate < all {
+        while coordinate < count {
             if slaves.contains_key(&coordinate) {
                 coordinate += 3;
                 continue;
@@ -133,7 +133,7 @@ impl Transformation {
             inner += 1;
             coordinate += 1;
         }
-        let mut t = CooMatrix::new(inner + 3 * pairs, all);
+        let mut t = CooMatrix::new(inner + 3 * pairs, count);
         for (coordinate, place) in place.iter().enumerate() {
             if let Some(place) = place {
                 t.push(*place, coordinate, 1.0);
@@ -262,24 +262,24 @@ impl Transformation {
 
     /// Computes T^T f for loads f on the bodies' coordinates. Returns the parts on g and on X.
     pub(crate) fn gather(&self, loads: &[Vec<f64>]) -> (Vec<f64>, Vec<f64>) {
-        let mut all = vec![0.0; self.unknowns()];
+        let mut values = vec![0.0; self.unknowns()];
         let columns = self.transposed.col_iter();
         for (column, f) in columns.zip(loads.iter().flatten()) {
             for (&row, t) in column.row_indices().iter().zip(column.values()) {
-                all[row] += t * f;
+                values[row] += t * f;
             }
         }
-        let on_x = all.split_off(self.inner);
-        (all, on_x)
+        let on_x = values.split_off(self.inner);
+        (values, on_x)
     }
 
     /// Coordinates of each body, one column per column of `g` and `x`.
     pub(crate) fn scatter(&self, g: MatRef<'_, f64>, x: MatRef<'_, f64>) -> Vec<Mat<f64>> {
-        let mut all = Mat::zeros(self.unknowns(), g.ncols());
-        all.get_mut(..self.inner, ..).copy_from(g);
-        all.get_mut(self.inner.., ..).copy_from(x);
-        let all = times(&self.transposed.transpose(), all.as_ref());
-        let body = |range: &[usize]| all.get(range[0]..range[1], ..).to_owned();
+        let mut values = Mat::zeros(self.unknowns(), g.ncols());
+        values.get_mut(..self.inner, ..).copy_from(g);
+        values.get_mut(self.inner.., ..).copy_from(x);
+        let products = times(&self.transposed.transpose(), values.as_ref());
+        let body = |range: &[usize]| products.get(range[0]..range[1], ..).to_owned();
         self.starts.windows(2).map(body).collect()
     }
 }
@@ -298,14 +298,14 @@ pub(crate) enum Zeros {
 /// slaves.
 fn expand(
     coordinate: usize,
-    factor: Block,
-    slaves: &BTreeMap<usize, Row>,
+    factor: NodeBlock,
+    slaves: &BTreeMap<usize, TransformationRow>,
     place: &[Option<usize>],
     inner: usize,
     steps_left: usize,
-    blocks: &mut BTreeMap<usize, Block>,
+    blocks: &mut BTreeMap<usize, NodeBlock>,
 ) -> bool {
-    let mut add = |column: usize, block: &Block| {
+    let mut add = |column: usize, block: &NodeBlock| {
         let sum = blocks.entry(column).or_insert([[0.0; 3]; 3]);
         for (sum, line) in sum.iter_mut().zip(times_block(&factor, block)) {
             for (sum, v) in sum.iter_mut().zip(line) {

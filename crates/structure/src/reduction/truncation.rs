@@ -27,7 +27,7 @@ const MOST_ITERATIONS: usize = 100;
 /// Estimated errors by the modes left out.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
-pub struct Truncation {
+pub struct ModalTruncation {
     /// Relative error of the amplitudes of observed points at the highest frequency asked for;
     /// `None` where the modes kept do not reach beyond it.
     pub amplitude: Option<f64>,
@@ -45,18 +45,22 @@ pub(super) struct EnergyShares {
 }
 
 /// Yielding X of the flanks under the first stuck modes, of unit modal mass: n x modes.
-pub(super) fn yielding(reduced: &ReducedModel) -> Mat<f64> {
-    let own = reduced.diagonal_stiffness();
-    let n = own.len();
+pub(super) fn modal_yielding(reduced: &ReducedModel) -> Mat<f64> {
+    let diagonal = reduced.diagonal_stiffness();
+    let n = diagonal.len();
     let stiffness = reduced.stiffness.as_ref();
     let apply = |v: &[f64], w: &mut [f64]| {
-        let soft: Vec<f64> = v.iter().zip(&own).map(|(v, d)| v / (2.0 * d)).collect();
+        let soft: Vec<f64> = v
+            .iter()
+            .zip(&diagonal)
+            .map(|(v, d)| v / (2.0 * d))
+            .collect();
         symmetric_times(stiffness, &soft, w);
-        for ((w, v), d) in w.iter_mut().zip(&soft).zip(&own) {
+        for ((w, v), d) in w.iter_mut().zip(&soft).zip(&diagonal) {
             *w += d * v;
         }
     };
-    let precondition = |v: &mut [f64]| v.iter_mut().zip(&own).for_each(|(v, d)| *v /= 2.0 * d);
+    let precondition = |v: &mut [f64]| v.iter_mut().zip(&diagonal).for_each(|(v, d)| *v /= 2.0 * d);
     let mut x = Mat::zeros(n, MODES.min(reduced.omega2.len()));
     for (k, omega2) in reduced.omega2.iter().enumerate().take(x.ncols()) {
         let force: Vec<f64> = (0..n).map(|i| omega2 * reduced.coupling[(i, k)]).collect();
@@ -67,7 +71,7 @@ pub(super) fn yielding(reduced: &ReducedModel) -> Mat<f64> {
 }
 
 /// Estimated relative error of amplitudes up to `highest_rad_s`. `answers` are y^T K_gg^-1 y of the
-/// motions [`yielding`]. `None` where the last stuck mode lies below `highest_rad_s`.
+/// motions [`modal_yielding`]. `None` where the last stuck mode lies below `highest_rad_s`.
 pub(super) fn amplitude(
     reduced: &ReducedModel,
     left: EnergyShares,

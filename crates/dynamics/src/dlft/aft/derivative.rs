@@ -2,9 +2,9 @@
 
 use super::{History, PairEnd};
 use crate::contact::coulomb::{Contact, SlipTangent};
-use crate::contact::{PredictedLaw, State};
-use crate::dlft::between_samples::{self, ByInputs, Passed, PassedDerivative, Visit};
-use crate::dlft::derivative_rows::{DerivativeSignals, fixed_point, own_state, state_columns};
+use crate::contact::{PairState, PredictedLaw};
+use crate::dlft::between_samples::{self, InputDerivatives, Passed, PassedDerivative, Visit};
+use crate::dlft::derivative_rows::{DerivativeSignals, fixed_point, identity_state, state_columns};
 use crate::dlft::pair_signals::{PairInput, Periods, Signals, add_own};
 use crate::dlft::rounded;
 use dovetail_numerics::fourier::Fourier;
@@ -54,15 +54,15 @@ fn differentiate_pair(
 ) {
     let (samples, width, block) = (fourier.samples(), fourier.width(), fourier.padded_width());
     let row = 3 * block;
-    let found = match input.rounding {
+    let found_rows = match input.rounding {
         Some(rounding) => rounded::derivative_rows(fourier, &input, rounding, signals),
         None => {
             let mut pass = Pass::new(fourier, &input, signals);
-            let found = pass.periods(end);
+            let pass_rows = pass.periods(end);
             if let History::Stuck(_) = end.history {
                 return write_stuck(width, pass.history.chunks_exact(block), derivative);
             }
-            found
+            pass_rows
         }
     };
     // The coefficients of those signals: sums with the synthesis, weighted as in the analysis.
@@ -72,7 +72,7 @@ fn differentiate_pair(
     matmul(
         sums.as_mut(),
         Accum::Replace,
-        MatRef::from_column_major_slice(&found.signals, block + 2 * row, samples),
+        MatRef::from_column_major_slice(&found_rows.signals, block + 2 * row, samples),
         synthesis,
         1.0 / samples as f64,
         Par::Seq,
@@ -88,14 +88,14 @@ fn differentiate_pair(
             row.zip(part).for_each(|(d, v)| *d = weight * v);
         }
     }
-    for (sample, change) in &found.normal_changes {
+    for (sample, change) in &found_rows.normal_changes {
         let mut of_sample = vec![0.0; width];
         between_samples::add_to_coefficients(fourier, *sample, 1.0, &mut of_sample);
         for (own, by) in rows.chunks_exact_mut(row).zip(of_sample) {
             add(by, change, own);
         }
     }
-    let start = found.end.map(|end| fixed_point(&end, width, block));
+    let start = found_rows.end.map(|end| fixed_point(&end, width, block));
     for (out, row) in derivative
         .chunks_exact_mut(3 * width)
         .zip(rows.chunks_exact_mut(row))
@@ -138,7 +138,7 @@ struct Pass<'a> {
     signals: &'a Signals,
     /// Law with which the pair goes from sample to sample.
     law: PredictedLaw,
-    state: State,
+    state: PairState,
     /// Derivative of lambda_x, two rows ([`DerivativeSignals`]).
     history: Vec<f64>,
     force_rows: Vec<f64>,
@@ -174,7 +174,7 @@ impl<'a> Pass<'a> {
             History::FixedPoint { slipping, touch_n } => {
                 self.law.touch_n = touch_n;
                 self.state = slipping;
-                self.history = own_state(width, block);
+                self.history = identity_state(width, block);
                 let slips_last = slipping == end.last.start;
                 (usize::from(!slips_last), slips_last)
             }
@@ -189,7 +189,7 @@ impl<'a> Pass<'a> {
                     History::FromStart(_) => {}
                     History::Periodic | History::FixedPoint { .. } => {
                         self.history = match is_fixed_point {
-                            true => own_state(width, block),
+                            true => identity_state(width, block),
                             false => fixed_point(&self.history, width, block).concat(),
                         };
                         self.state = end.last.start;
@@ -226,7 +226,7 @@ impl<'a> Pass<'a> {
                 row = Some(rows[n * size..][..size].split_at_mut(block));
             }
             let passes =
-                between && (self.signals.reverses[n] || self.signals.lands(n, law.shift_n));
+                between && (self.signals.reverses[n] || self.signals.closes(n, law.shift_n));
             let passed = passes.then(|| self.pass_interval(n));
             let passed = passed.filter(|passed| passed.visits.iter().flatten().any(Visit::changes));
             if let Some(passed) = &passed {
@@ -303,9 +303,9 @@ impl<'a> Pass<'a> {
     #[inline(always)]
     fn add_corrections(&mut self, n: usize, rows: &mut [f64]) -> PassedDerivative {
         let law = self.input.law;
-        let [before, now] = [self.signals.before(n), n];
+        let [before, now] = [self.signals.previous(n), n];
         let [contact, at_end] = [before, now].map(|n| self.signals.contact[n]);
-        let state = State {
+        let state = PairState {
             contact,
             ..self.state
         };
@@ -315,7 +315,7 @@ impl<'a> Pass<'a> {
         for (sample, by) in [before, now].into_iter().zip(&derivative.corrections) {
             let row = &mut rows[7 * block * sample..7 * block * (sample + 1)];
             let (normal, tangential) = row.split_at_mut(block);
-            for (at, sample) in self.signals.around(n).into_iter().enumerate() {
+            for (at, sample) in self.signals.neighbourhood(n).into_iter().enumerate() {
                 add(by[0][3 * at], self.fourier.padded_row(sample), normal);
             }
             self.add_to_normal(n, sample, &by[0]);
@@ -329,7 +329,7 @@ impl<'a> Pass<'a> {
 
     /// Keeps the derivative of the normal correction of a sample by the tangential predictions, where a
     /// pair opens or closes in the interval in which it reverses.
-    fn add_to_normal(&mut self, n: usize, sample: usize, by: &ByInputs) {
+    fn add_to_normal(&mut self, n: usize, sample: usize, by: &InputDerivatives) {
         let mut tangential = *by;
         (0..4).for_each(|at| tangential[3 * at] = 0.0);
         if tangential.iter().any(|v| *v != 0.0) {
@@ -342,9 +342,9 @@ impl<'a> Pass<'a> {
     /// Adds to a row a derivative by the window of the interval that ends at sample `n`, and by the
     /// state before it.
     #[inline(always)]
-    fn add_row(&self, n: usize, by: &ByInputs, row: &mut [f64]) {
+    fn add_row(&self, n: usize, by: &InputDerivatives, row: &mut [f64]) {
         let block = self.fourier.padded_width();
-        for (at, sample) in self.signals.around(n).into_iter().enumerate() {
+        for (at, sample) in self.signals.neighbourhood(n).into_iter().enumerate() {
             let s = self.fourier.padded_row(sample);
             for (c, own) in row.chunks_exact_mut(block).enumerate() {
                 add(by[3 * at + c], s, own);
@@ -388,12 +388,12 @@ fn slip_rows(tangent: SlipTangent, s: &[f64], history: &[f64], rows: &mut [f64])
         first[j] = across[0] * v;
         second[j] = across[1] * v;
     }
-    let own = [
+    let slip_row = [
         tangent.by_normal,
         across.map(|a| k * across[0] * a),
         across.map(|a| k * across[1] * a),
     ];
-    for (column, by) in own.into_iter().enumerate() {
+    for (column, by) in slip_row.into_iter().enumerate() {
         let start = column * width;
         for (rows, by) in [&mut *first, &mut *second].into_iter().zip(by) {
             add(by, s, &mut rows[start..start + width]);

@@ -25,17 +25,17 @@ pub(super) enum Memory {
 impl Memory {
     /// Memory after an evaluation of the law.
     #[inline(always)]
-    pub(super) fn after(self, visit: &Visit, law: &PredictedLaw) -> Self {
+    pub(super) fn updated(self, visit: &Visit, law: &PredictedLaw) -> Self {
         let memory = if visit.landed { Self::Lost } else { self };
         match visit.contact {
             Contact::Stick => memory,
-            Contact::Slip => memory.after_slip(law.slip_tangent(visit.trial)),
+            Contact::Slip => memory.updated_by_slip(law.slip_tangent(visit.trial)),
             Contact::Open => Self::Lost,
         }
     }
 
     #[inline(always)]
-    pub(super) fn after_slip(self, tangent: SlipTangent) -> Self {
+    pub(super) fn updated_by_slip(self, tangent: SlipTangent) -> Self {
         let across = [-tangent.direction[1], tangent.direction[0]];
         match self {
             Self::Lost => Self::Lost,

@@ -49,8 +49,8 @@ fn law(friction: f64, gap_m: f64) -> PredictedLaw {
     PairLaw::rigid(friction, gap_m).predicted([1.0; 2], f64::INFINITY)
 }
 
-fn start(slid_n: [f64; 2]) -> State {
-    State {
+fn start(slid_n: [f64; 2]) -> PairState {
+    PairState {
         contact: Contact::Stick,
         slid_n,
     }
@@ -155,7 +155,7 @@ fn a_period_that_is_cut_short_ends_as_a_whole_one() {
         let mut lambda = vec![0.0; f.len()];
         let end = contact_forces(&fourier, input, &mut signals, &mut lambda);
         // Once more from where it ends, to its end.
-        let mut state = State {
+        let mut state = PairState {
             contact: signals.contact[63],
             slid_n: signals.passages[63].position_n,
         };

@@ -3,7 +3,7 @@
 //! frequency and the damping ratio.
 
 use crate::dlft::balance::{Balance, Jacobian, add_harmonic};
-use crate::dlft::branch::bordered::{Family, columns};
+use crate::dlft::branch::bordered::{BalanceFamily, columns};
 use crate::dlft::orbit::complex_block;
 use crate::dlft::point::FrequencySolver;
 use crate::dlft::retention::Mean;
@@ -35,7 +35,7 @@ pub(crate) enum Tracked {
 
 /// Balances at an amplitude of the tracked coordinate. The further unknowns are the frequency, as a
 /// multiple of that of the linear mode, and the damping ratio.
-pub(crate) struct OfAmplitude<'b> {
+pub(crate) struct AmplitudeFamily<'b> {
     pub solver: &'b FrequencySolver<'b>,
     pub tracked: &'b Tracked,
     /// Amplitude q of the tracked coordinate at harmonic 1.
@@ -44,7 +44,7 @@ pub(crate) struct OfAmplitude<'b> {
     pub linear_omega: f64,
 }
 
-impl OfAmplitude<'_> {
+impl AmplitudeFamily<'_> {
     /// Vibration at values of the further unknowns.
     pub(crate) fn motion(&self, further: &[f64]) -> Unforced<'_> {
         Unforced {
@@ -83,7 +83,7 @@ impl OfAmplitude<'_> {
     }
 }
 
-impl Family for OfAmplitude<'_> {
+impl BalanceFamily for AmplitudeFamily<'_> {
     fn balance(&self, further: &[f64], mean: Mean) -> Option<Balance> {
         let is_possible = further[0] > 0.0 && further.iter().all(|v| v.is_finite());
         if !is_possible {
@@ -155,7 +155,7 @@ impl Family for OfAmplitude<'_> {
     fn length_n(&self, change: &[f64], _: f64) -> f64 {
         let driven_n_m = match self.tracked {
             Tracked::Mode(modes) => {
-                let of = self.solver.setting.system.problem.reduced.of_harmonic(1);
+                let of = self.solver.setting.system.problem.reduced.harmonic_model(1);
                 let coupling = norm(of.model.coupling.col_as_slice(modes[0].0));
                 coupling * self.linear_omega.powi(2)
             }
@@ -174,7 +174,7 @@ mod tests {
     use dovetail_numerics::nonlinear::NewtonOptions;
 
     /// Balance without contact forces and equations, at changed further unknowns and U.
-    fn left_sides(family: &OfAmplitude<'_>, u: &[f64], further: &[f64]) -> Vec<f64> {
+    fn left_sides(family: &AmplitudeFamily<'_>, u: &[f64], further: &[f64]) -> Vec<f64> {
         let balance = family.balance(further, Mean::Free).unwrap();
         let mut left = vec![0.0; u.len()];
         balance.apply_stiffness(u, &mut left);
@@ -188,13 +188,13 @@ mod tests {
     #[test]
     fn slopes_and_derivatives_are_those_by_differences() {
         for (what, sample, u) in &sample_points_of_waves_too() {
-            let holding = Holding::of(&sample.setting.system.problem).into();
+            let holding = Holding::new(&sample.setting.system.problem).into();
             let newton = NewtonOptions::new(1e-9, 60);
             let (setting, solver) = (sample.setting.clone(), Solver::NewtonKrylov);
             let solver = FrequencySolver::new(setting, newton, solver, holding, &|_| ());
             let reduced = &sample.setting.system.problem.reduced;
-            let tracked = reduced.of_harmonic(1).moving_together(0);
-            let family = OfAmplitude {
+            let tracked = reduced.harmonic_model(1).moving_together(0);
+            let family = AmplitudeFamily {
                 solver: &solver,
                 tracked: &Tracked::Mode(tracked),
                 q: 0.7,

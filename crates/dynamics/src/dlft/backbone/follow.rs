@@ -5,17 +5,17 @@
 //! last two, whose vibrations over q, means, frequencies and damping ratios are continued along
 //! lines. A step that fails is halved.
 
-use super::equations::{OfAmplitude, Tracked};
+use super::equations::{AmplitudeFamily, Tracked};
 use super::{Backbone, BackboneEnd, BackbonePoint, BackboneRange};
 use crate::damping::Rayleigh;
 use crate::dlft::accuracy::LEAST_SHORTFALL;
 use crate::dlft::balance::add_harmonic;
-use crate::dlft::branch::bordered::{Start, corrected};
+use crate::dlft::branch::bordered::{BorderedStart, corrected};
 use crate::dlft::orbit::{complex_block, unforced_orbit};
-use crate::dlft::point::{FrequencySolver, Solution, Work, resized};
+use crate::dlft::point::{FrequencySolver, Solution, SolverWork, resized};
 use crate::dlft::retention::Mean;
 use crate::dlft::settings::Resolution;
-use crate::dlft::sweep::{Run, SweepSettings};
+use crate::dlft::sweep::{SweepSettings, SweepSolvers};
 use crate::dlft::{Orbit, Outcome, StaticState};
 use crate::problem::Problem;
 use crate::problem::dynamic_stiffness::ContactSystem;
@@ -63,7 +63,7 @@ pub(crate) struct LinearMode {
 
 impl LinearMode {
     /// Mode of the linear reference; `None` where it does not move the observed displacement.
-    pub(crate) fn of(
+    pub(crate) fn find(
         problem: &Problem,
         damping: Rayleigh,
         state: &StaticState,
@@ -71,8 +71,8 @@ impl LinearMode {
     ) -> Option<Self> {
         let linear = state.linear.problem(problem, damping);
         let (of, of_linear) = (
-            problem.reduced.of_harmonic(1),
-            linear.reduced.of_harmonic(1),
+            problem.reduced.harmonic_model(1),
+            linear.reduced.harmonic_model(1),
         );
         let first = range.mode * of.copies();
         let system = ContactSystem::new(&linear, damping);
@@ -83,7 +83,7 @@ impl LinearMode {
             omega_rad_s: of_linear.model.omega2.get(first)?.sqrt(),
             damping_ratio: system.damping_ratio(1, first),
         };
-        let vanishing = vanishing.without_pairs()?;
+        let vanishing = vanishing.pairless()?;
         let (mut x, mut q) = state.linear.first_harmonic_motion(problem, range.mode);
         let (tracked, unit) = match largest(&q) {
             Some(mode) => (Tracked::Mode(of.moving_together(mode)), q[mode]),
@@ -126,7 +126,7 @@ fn mass_times(of: HarmonicModel<'_>, x: &[c64]) -> f64 {
 
 /// Solved point from which the next one starts.
 #[derive(Clone)]
-struct Solved {
+struct SolvedAmplitude {
     log_q: f64,
     u: Vec<f64>,
     /// Frequency over that of the linear mode, and damping ratio.
@@ -138,26 +138,26 @@ struct Solved {
 }
 
 /// Follower of a backbone.
-struct Follower<'b> {
-    run: &'b Run<'b>,
+struct BackboneFollower<'b> {
+    run: &'b SweepSolvers<'b>,
     mode: &'b LinearMode,
     observation: usize,
     accuracy: Option<f64>,
     most_seconds: Option<f64>,
-    work: Work,
+    work: SolverWork,
     /// Last two points, the later one last.
-    last: Vec<Solved>,
+    last: Vec<SolvedAmplitude>,
 }
 
 /// Follows a backbone through the amplitudes asked for.
 pub(crate) fn followed(
-    run: &Run<'_>,
+    run: &SweepSolvers<'_>,
     mode: &LinearMode,
     settings: &SweepSettings,
     range: &BackboneRange,
     tell: &mut dyn FnMut(&BackbonePoint) -> bool,
 ) -> Backbone {
-    let mut follower = Follower {
+    let mut follower = BackboneFollower {
         run,
         mode,
         observation: range.observation,
@@ -166,7 +166,7 @@ pub(crate) fn followed(
             Resolution::Fixed { .. } => None,
         },
         most_seconds: settings.most_seconds,
-        work: Work::default(),
+        work: SolverWork::default(),
         last: Vec::new(),
     };
     let mut points = Vec::new();
@@ -205,10 +205,10 @@ fn stays_open(orbit: &Orbit) -> bool {
     open as f64 > OPEN * closed.count() as f64
 }
 
-impl Follower<'_> {
+impl BackboneFollower<'_> {
     /// Point at which the observed displacement has an amplitude, to what a few solutions reach.
-    fn reach(&mut self, amplitude_m: f64) -> Option<Solved> {
-        let mut found = match self.last.last() {
+    fn reach(&mut self, amplitude_m: f64) -> Option<SolvedAmplitude> {
+        let mut solution = match self.last.last() {
             None => self.first(amplitude_m)?,
             Some(last) => {
                 let log_q = last.log_q + self.slope() * (amplitude_m / last.amplitude_m).ln();
@@ -217,11 +217,11 @@ impl Follower<'_> {
         };
         let mut slope = self.slope();
         for _ in 0..MOST_CORRECTIONS {
-            let off = (amplitude_m / found.amplitude_m).ln();
-            if off.abs() < REACHED || stays_open(&found.point.orbit) {
+            let off = (amplitude_m / solution.amplitude_m).ln();
+            if off.abs() < REACHED || stays_open(&solution.point.orbit) {
                 break;
             }
-            let log_q = found.log_q + slope * off;
+            let log_q = solution.log_q + slope * off;
             let is_far = (slope * off).abs() > LONGEST_STEP;
             let next = if is_far {
                 self.walk(log_q)
@@ -235,16 +235,16 @@ impl Follower<'_> {
             if left.abs() >= off.abs() {
                 break;
             }
-            slope = usable((next.log_q - found.log_q) / (off - left));
+            slope = usable((next.log_q - solution.log_q) / (off - left));
             if !is_far {
                 // The point before stays that of the amplitude before.
                 self.last.pop();
                 self.last.push(next.clone());
             }
-            found = next;
+            solution = next;
         }
-        let off = (amplitude_m / found.amplitude_m).ln();
-        (off.abs() < NEAR || stays_open(&found.point.orbit)).then_some(found)
+        let off = (amplitude_m / solution.amplitude_m).ln();
+        (off.abs() < NEAR || stays_open(&solution.point.orbit)).then_some(solution)
     }
 
     /// Derivative of log q by the logarithm of the observed amplitude.
@@ -256,7 +256,7 @@ impl Follower<'_> {
     }
 
     /// First point, from the linear mode, where need be from smaller amplitudes on.
-    fn first(&mut self, amplitude_m: f64) -> Option<Solved> {
+    fn first(&mut self, amplitude_m: f64) -> Option<SolvedAmplitude> {
         let target = (amplitude_m / self.mode.observed).ln();
         for attempt in 0..=MOST_SMALLER {
             let log_q = target + attempt as f64 * SMALLER.ln();
@@ -273,7 +273,7 @@ impl Follower<'_> {
     }
 
     /// Goes to an amplitude of the tracked mode in as many steps as it takes.
-    fn walk(&mut self, target: f64) -> Option<Solved> {
+    fn walk(&mut self, target: f64) -> Option<SolvedAmplitude> {
         let mut step = LONGEST_STEP;
         loop {
             let from = self.last.last()?.log_q;
@@ -300,7 +300,7 @@ impl Follower<'_> {
     }
 
     /// Solves at an amplitude of the tracked mode, with the harmonics that the accuracy takes.
-    fn solve(&mut self, log_q: f64) -> Option<Solved> {
+    fn solve(&mut self, log_q: f64) -> Option<SolvedAmplitude> {
         self.work.start_counting(self.most_seconds);
         let mut level = self.last.last().map_or(0, |last| last.level);
         let mut solved = self.solve_from(log_q, level, &self.starts(log_q))?;
@@ -308,7 +308,7 @@ impl Follower<'_> {
             return Some(solved);
         }
         loop {
-            let start = Start {
+            let start = BorderedStart {
                 u: solved.u.clone(),
                 further: solved.further.clone(),
                 mean: solved.mean,
@@ -335,7 +335,7 @@ impl Follower<'_> {
     }
 
     /// Starts for an amplitude of the tracked mode: continued, and as the last one scaled.
-    fn starts(&self, log_q: f64) -> Vec<Start> {
+    fn starts(&self, log_q: f64) -> Vec<BorderedStart> {
         let n = self.run.refinement.lowest().setting.system.unknowns();
         let Some(last) = self.last.last() else {
             let solver = self.run.refinement.level(0);
@@ -343,18 +343,18 @@ impl Follower<'_> {
             let q = log_q.exp();
             let x: Vec<c64> = self.mode.x.iter().map(|x| x * q).collect();
             add_harmonic(&mut u, 1, &x);
-            return vec![Start {
+            return vec![BorderedStart {
                 u,
                 further: vec![1.0, self.mode.ratio],
                 mean: solver.setting.static_mean,
             }];
         };
-        let scaled = |solved: &Solved| {
+        let scaled = |solved: &SolvedAmplitude| {
             let (mut u, by) = (solved.u.clone(), (log_q - solved.log_q).exp());
             u[n..].iter_mut().for_each(|u| *u *= by);
             u
         };
-        let mut starts = vec![Start {
+        let mut starts = vec![BorderedStart {
             u: scaled(last),
             further: last.further.clone(),
             mean: last.mean,
@@ -368,7 +368,7 @@ impl Follower<'_> {
                 let b = resized(b, a.len());
                 a.iter().zip(&b).map(|(a, b)| a + t * (a - b)).collect()
             };
-            let continued = Start {
+            let continued = BorderedStart {
                 u: line(&scaled(last), &scaled(before)),
                 further: line(&last.further, &before.further),
                 mean: last.mean,
@@ -379,21 +379,26 @@ impl Follower<'_> {
     }
 
     /// Solves with the harmonics of a level, from the first start that leads to a motion.
-    fn solve_from(&mut self, log_q: f64, level: usize, starts: &[Start]) -> Option<Solved> {
+    fn solve_from(
+        &mut self,
+        log_q: f64,
+        level: usize,
+        starts: &[BorderedStart],
+    ) -> Option<SolvedAmplitude> {
         let solver = self.run.refinement.level(level);
-        let family = OfAmplitude {
+        let family = AmplitudeFamily {
             solver,
             tracked: &self.mode.tracked,
             q: log_q.exp(),
             linear_omega: self.mode.omega,
         };
-        let found = starts
+        let solved = starts
             .iter()
             .find_map(|start| settled(solver, &family, start, &mut self.work));
-        let (solution, further) = found?;
+        let (solution, further) = solved?;
         let point = self.point(&solution, &family, &further);
         let amplitude_m = point.orbit.observed_amplitude[self.observation];
-        (amplitude_m.is_finite() && amplitude_m > 0.0).then(|| Solved {
+        (amplitude_m.is_finite() && amplitude_m > 0.0).then(|| SolvedAmplitude {
             log_q,
             mean: solution.balance.mean(),
             u: solution.u,
@@ -407,7 +412,7 @@ impl Follower<'_> {
     fn point(
         &self,
         solution: &Solution,
-        family: &OfAmplitude<'_>,
+        family: &AmplitudeFamily<'_>,
         further: &[f64],
     ) -> BackbonePoint {
         let Solution {
@@ -425,7 +430,7 @@ impl Follower<'_> {
         let resonant = 2.0 * motion.damping_ratio * motion.omega_rad_s.powi(2) * squared;
         BackbonePoint {
             damping_ratio: motion.damping_ratio,
-            friction_ratio: of_friction(&orbit),
+            friction_ratio: friction_damping_ratio(&orbit),
             tracked_amplitude: q,
             modal_amplitude: squared.sqrt(),
             excitation_scale: worked
@@ -444,7 +449,7 @@ impl Follower<'_> {
 }
 
 /// Damping ratio that the power of friction makes alone, without rounding.
-fn of_friction(orbit: &Orbit) -> f64 {
+fn friction_damping_ratio(orbit: &Orbit) -> f64 {
     let (friction_w, other_w) = (orbit.friction_power_w, orbit.viscous_power_w);
     if friction_w.abs() <= NO_FRICTION * other_w.abs() {
         return 0.0;
@@ -464,7 +469,7 @@ fn usable(slope: f64) -> f64 {
 
 /// Estimated error of the damping ratio, at most 1, from the point with further harmonics, relative
 /// to that ratio or, where the air drives the mode, to that of friction alone if it is larger.
-fn difference(coarse: &Solved, finer: &Solved) -> f64 {
+fn difference(coarse: &SolvedAmplitude, finer: &SolvedAmplitude) -> f64 {
     let [a, b] = [coarse, finer].map(|solved| &solved.point);
     let sizes = [a, b].map(|point| point.damping_ratio.abs().max(point.friction_ratio));
     let off = (a.damping_ratio - b.damping_ratio).abs();
@@ -476,19 +481,25 @@ fn difference(coarse: &Solved, finer: &Solved) -> f64 {
 /// bodies, and else retained.
 fn settled(
     solver: &FrequencySolver<'_>,
-    family: &OfAmplitude<'_>,
-    start: &Start,
-    work: &mut Work,
+    family: &AmplitudeFamily<'_>,
+    start: &BorderedStart,
+    work: &mut SolverWork,
 ) -> Option<(Solution, Vec<f64>)> {
     let entries = blocks(solver.setting.fourier.harmonics()) * solver.setting.system.unknowns();
     let options = NewtonOptions {
         max_iterations: MOST_ITERATIONS.min(solver.newton.max_iterations),
         ..solver.newton
     };
-    let solve = |u: &[f64], further: &[f64], mean: Mean, work: &mut Work| {
+    let solve = |u: &[f64], further: &[f64], mean: Mean, work: &mut SolverWork| {
         let (u, further) = (u.to_vec(), further.to_vec());
-        let found = corrected(solver, family, Start { u, further, mean }, options, work);
-        found.filter(|(solution, _)| solution.is_converged())
+        let corrected = corrected(
+            solver,
+            family,
+            BorderedStart { u, further, mean },
+            options,
+            work,
+        );
+        corrected.filter(|(solution, _)| solution.is_converged())
     };
     let (mut u, mut further) = (resized(&start.u, entries), start.further.clone());
     if solver.must_be_retained() {
@@ -519,7 +530,7 @@ fn settled(
 
 /// Square of the modal amplitude of harmonic 1, `Y^H M Y`, of one sector.
 fn modal_mass(motion: &Unforced<'_>, x: &[c64], modes: &[c64]) -> f64 {
-    let of = motion.system.problem.reduced.of_harmonic(1);
+    let of = motion.system.problem.reduced.harmonic_model(1);
     let (reduced, widened) = (of.model, of.widened(x));
     let mut sum = 0.0;
     for part in [|v: &c64| v.re, |v: &c64| v.im] {
@@ -539,7 +550,7 @@ fn modal_mass(motion: &Unforced<'_>, x: &[c64], modes: &[c64]) -> f64 {
 /// Size of `Y^H f` of one sector, where f is the excitation of harmonic 1 before condensation; `None`
 /// where there is none of that harmonic or one of another, or where it does no work.
 fn first_harmonic_work(motion: &Unforced<'_>, x: &[c64], modes: &[c64]) -> Option<f64> {
-    let of = motion.system.problem.reduced.of_harmonic(1);
+    let of = motion.system.problem.reduced.harmonic_model(1);
     let loads = &motion.system.problem.excitations;
     if loads.iter().any(|load| load.harmonic != 1) {
         return None;

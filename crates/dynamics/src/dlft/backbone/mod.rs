@@ -8,7 +8,7 @@
 mod equations;
 mod follow;
 
-use super::sweep::{Run, SweepSettings};
+use super::sweep::{SweepSettings, SweepSolvers};
 use super::{Orbit, StaticState};
 use crate::damping::Rayleigh;
 use crate::problem::Problem;
@@ -161,13 +161,13 @@ pub fn backbone(
     let linear = &static_state.linear;
     let omega2 = linear.omega2_of_first_harmonic(&problem.reduced);
     let omega2 = *omega2.get(range.mode)?;
-    let start = follow::LinearMode::of(problem, damping, static_state, range)?;
+    let start = follow::LinearMode::find(problem, damping, static_state, range)?;
     let settings = SweepSettings {
         // eps is that of the frequency of the mode.
         frequencies_hz: vec![omega2.sqrt() / std::f64::consts::TAU],
         ..settings.clone()
     };
-    let run = Run::new(problem, damping, static_state, &settings, &[], &|_| ());
+    let run = SweepSolvers::new(problem, damping, static_state, &settings, &[], &|_| ());
     Some(follow::followed(&run, &start, &settings, range, tell))
 }
 

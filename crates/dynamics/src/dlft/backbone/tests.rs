@@ -61,7 +61,7 @@ fn jenkins() -> Problem {
 }
 
 /// Backbone of a model with its first mode, and the settings that it has.
-fn of_first_mode(
+fn first_mode_backbone(
     (problem, damping): (&Problem, Rayleigh),
     amplitudes_m: Vec<f64>,
     settings: &SweepSettings,
@@ -107,8 +107,8 @@ fn with_one_harmonic_a_jenkins_element_has_its_describing_function() {
     };
     let slips_m = FRICTION * PRESSED_N / KT;
     let amplitudes_m: Vec<f64> = (0..9).map(|i| slips_m * 0.5 * 1.5_f64.powi(i)).collect();
-    let of_mass = Rayleigh::of_mass(0.002);
-    let found = of_first_mode((&problem, of_mass), amplitudes_m.clone(), &settings);
+    let of_mass = Rayleigh::mass_proportional(0.002);
+    let found = first_mode_backbone((&problem, of_mass), amplitudes_m.clone(), &settings);
     assert_eq!(found.end, BackboneEnd::Reached);
     for (point, asked) in found.points.iter().zip(amplitudes_m) {
         let x = point.orbit.observed_amplitude[0];
@@ -141,7 +141,7 @@ fn mass_on_a_pair(ground_n_m: f64) -> Problem {
         reduced: ReducedModel {
             static_load: Load::new(vec![-PRESSED_N, 0.0, 0.0], vec![]),
             observations: vec![ObservedPoint::new("mass", along(1.0), vec![])],
-            ..ReducedModel::of_pairs(
+            ..ReducedModel::from_pair_matrices(
                 diagonal([0.0, ground_n_m, ground_n_m]),
                 // The motion across has a frequency of its own.
                 diagonal([1.0, 1.0, 0.9]),
@@ -160,13 +160,13 @@ fn mass_on_a_pair(ground_n_m: f64) -> Problem {
 /// Frequency and damping follow the describing function, up to the harmonics that it leaves out.
 #[test]
 fn a_mass_on_a_contact_pair_has_a_backbone_without_a_stuck_mode() {
-    let of_mass = Rayleigh::of_mass(0.002);
+    let of_mass = Rayleigh::mass_proportional(0.002);
     let slips_m = FRICTION * PRESSED_N / KT;
     for ground_n_m in [K, 0.0] {
         let problem = mass_on_a_pair(ground_n_m);
         let amplitudes_m: Vec<f64> = (0..6).map(|i| slips_m * 0.02 * 2.5_f64.powi(i)).collect();
         let settings = settings(15, 1024, 1e-10);
-        let found = of_first_mode((&problem, of_mass), amplitudes_m.clone(), &settings);
+        let found = first_mode_backbone((&problem, of_mass), amplitudes_m.clone(), &settings);
         assert_eq!(found.end, BackboneEnd::Reached, "{ground_n_m}");
         let linear = (ground_n_m + KT).sqrt();
         assert!((TAU * found.linear_hz / linear - 1.0).abs() < 1e-9);
@@ -238,7 +238,7 @@ fn with_many_harmonics_a_jenkins_element_moves_as_from_event_to_event() {
     let problem = jenkins();
     let slips_m = FRICTION * PRESSED_N / KT;
     let amplitudes_m: Vec<f64> = [1.2, 2.0, 5.0, 20.0].map(|by| by * slips_m).to_vec();
-    let found = of_first_mode(
+    let found = first_mode_backbone(
         (&problem, Rayleigh::NONE),
         amplitudes_m,
         &settings(31, 2048, 1e-10),
@@ -269,7 +269,7 @@ fn friction_and_damping_spend_what_keeps_the_vibration_up() {
     let problem = dovetail72(1.0);
     let amplitudes_m = (0..9).map(|i| 2e-5 * 1.8_f64.powi(i)).collect();
     let model = (&problem, damping(&problem));
-    let found = of_first_mode(model, amplitudes_m, &settings(3, 128, 1e-9));
+    let found = first_mode_backbone(model, amplitudes_m, &settings(3, 128, 1e-9));
     assert_eq!(found.end, BackboneEnd::Reached);
     let mut ratio = 0.0;
     for point in &found.points {
@@ -372,8 +372,8 @@ fn a_mode_with_pairs_open_at_rest_begins_at_the_linear_reference() {
     let mut problem = jenkins();
     problem.reduced_mut().static_load.on_x.fill(0.0);
     problem.laws[0].gap_m = 1.0;
-    let model = (&problem, Rayleigh::of_mass(0.01));
-    let found = of_first_mode(model, vec![1e-3, 0.5], &settings(1, 64, 1e-9));
+    let model = (&problem, Rayleigh::mass_proportional(0.01));
+    let found = first_mode_backbone(model, vec![1e-3, 0.5], &settings(1, 64, 1e-9));
     assert_eq!(found.points.len(), 2);
     for point in &found.points {
         let off = TAU * point.orbit.frequency_hz / K.sqrt() - 1.0;
@@ -402,7 +402,7 @@ fn the_peak_of_a_force_is_where_the_backbone_has_it() {
         let higher = |a: &&Orbit, b: &&Orbit| amplitude_m(a).total_cmp(&amplitude_m(b));
         let top = curve.orbits.iter().max_by(higher).unwrap();
         let asked = [0.3, 0.7, 0.998, 1.002].map(|by| by * amplitude_m(top));
-        let found = of_first_mode((&problem, damping), asked.to_vec(), &settings);
+        let found = first_mode_backbone((&problem, damping), asked.to_vec(), &settings);
         let [.., below, above] = &found.points[..] else {
             panic!("{:?}", found.end);
         };
@@ -443,7 +443,7 @@ fn a_backbone_ends_where_pairs_stay_open() {
     let problem = dovetail72(1.0);
     let amplitudes_m = vec![1e-3, 2e-3, 2.8e-3, 5e-3, 1e-2];
     let model = (&problem, damping(&problem));
-    let found = of_first_mode(model, amplitudes_m, &settings(1, 64, 1e-8));
+    let found = first_mode_backbone(model, amplitudes_m, &settings(1, 64, 1e-8));
     assert_eq!(found.end, BackboneEnd::Open);
     assert_eq!(found.points.len(), 3);
 }
@@ -453,7 +453,7 @@ fn a_force_of_another_harmonic_has_no_resonance_here() {
     let mut problem = jenkins();
     problem.excitations[0].harmonic = 3;
     let model = (&problem, Rayleigh::NONE);
-    let found = of_first_mode(model, vec![0.1], &settings(3, 64, 1e-9));
+    let found = first_mode_backbone(model, vec![0.1], &settings(3, 64, 1e-9));
     assert_eq!(found.points[0].excitation_scale, None);
 }
 
@@ -467,7 +467,7 @@ fn more_harmonics_are_taken_until_the_damping_has_its_accuracy() {
             estimates: true,
             ..settings(1, 512, 1e-9)
         };
-        let found = of_first_mode((&problem, Rayleigh::NONE), vec![3.0 * slips_m], &settings);
+        let found = first_mode_backbone((&problem, Rayleigh::NONE), vec![3.0 * slips_m], &settings);
         found.points.into_iter().next().unwrap()
     };
     let many = of(Resolution::fixed(31, 1024));
@@ -554,7 +554,7 @@ fn sector_of_ring(angle: Option<f64>, twin: f64) -> ReducedModel {
 
 /// Ring in the waves of an engine order, with air that acts on its masses, and its backbone by one
 /// harmonic.
-fn of_ring(engine_order: usize, air: c64, twin: f64, amplitudes_m: Vec<f64>) -> Backbone {
+fn ring_backbone(engine_order: usize, air: c64, twin: f64, amplitudes_m: Vec<f64>) -> Backbone {
     let excitation = DiscExcitation {
         sectors: SECTORS,
         engine_order,
@@ -574,13 +574,13 @@ fn of_ring(engine_order: usize, air: c64, twin: f64, amplitudes_m: Vec<f64>) -> 
         waves: waves.with_influence(influence),
         ..sector_of_ring(None, 1.0)
     };
-    let problem = Problem::of_one_law(reduced, PairLaw::rigid(FRICTION, 0.0), 1.0);
+    let problem = Problem::uniform(reduced, PairLaw::rigid(FRICTION, 0.0), 1.0);
     // In phase the slider has the stiffness of its spring alone.
     let settings = SweepSettings {
         eps: Eps::new(EpsChoice::Pair),
         ..settings(1, 4096, 1e-12)
     };
-    of_first_mode((&problem, Rayleigh::NONE), amplitudes_m, &settings)
+    first_mode_backbone((&problem, Rayleigh::NONE), amplitudes_m, &settings)
 }
 
 /// Phase from sector to sector.
@@ -613,7 +613,7 @@ fn a_wave_of_a_ring_has_the_describing_function_of_its_elements_and_the_air() {
         let air = c64::new(0.02 * wave, 0.01 * wave);
         for twin in [1.0, -1.0] {
             let of_slip = [0.5, 1.1, 1.7, 4.0].map(|by| by * slips_m / stretched(engine_order));
-            let found = of_ring(engine_order, air, twin, of_slip.to_vec());
+            let found = ring_backbone(engine_order, air, twin, of_slip.to_vec());
             assert_eq!(found.end, BackboneEnd::Reached, "{engine_order}");
             let (omega, _, rest) = described_ring(engine_order, air, 1e-9);
             assert!((TAU * found.linear_hz / omega - 1.0).abs() < 1e-9);
@@ -676,7 +676,7 @@ fn friction_holds_what_the_air_drives_at_a_limit_cycle() {
         below
     });
     let beside = exact.map(|x| [0.999 * x, 1.001 * x]).concat();
-    let found = of_ring(engine_order, air, 1.0, beside);
+    let found = ring_backbone(engine_order, air, 1.0, beside);
     assert!(found.linear_ratio < -0.01, "{}", found.linear_ratio);
     let cycles = found.limit_cycles(0);
     assert_eq!(cycles.len(), 2, "{cycles:?}");

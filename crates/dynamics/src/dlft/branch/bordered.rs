@@ -7,8 +7,8 @@
 //! `| row  corner | | dp | = - | row . U + corner p - value    |`,
 //!
 //! `R_p = (I - D) (Lambda_p U - F_p)` where p is the frequency or a force. The matrix is regular at
-//! a fold, where J is not. A [`Family`] says which balances, further unknowns and further equations
-//! there are.
+//! a fold, where J is not. A [`BalanceFamily`] says which balances, further unknowns and further
+//! equations there are.
 
 use super::gauge::{BorderRow, Direction};
 use super::over::{SolutionAt, Solvers, Use};
@@ -18,7 +18,7 @@ use crate::dlft::linear_system::LinearSystem;
 use crate::dlft::newton_krylov::{
     KRYLOV_TOLERANCE, Preconditioner, krylov_tolerances, load_scale, relative_residual, step_length,
 };
-use crate::dlft::point::{FrequencySolver, Solution, Work};
+use crate::dlft::point::{FrequencySolver, Solution, SolverWork};
 use crate::dlft::retention::Mean;
 use crate::dlft::two_level::Border;
 use dovetail_numerics::dense::Lu;
@@ -29,7 +29,7 @@ use dovetail_numerics::vector::dot;
 use faer::Mat;
 
 /// Balances over further unknowns, with as many further equations.
-pub(crate) trait Family {
+pub(crate) trait BalanceFamily {
     /// Balance where the further unknowns have these values; `None` where there is none.
     fn balance(&self, further: &[f64], mean: Mean) -> Option<Balance>;
 
@@ -67,7 +67,7 @@ pub(crate) struct Prediction {
 
 /// U, the further unknowns and the mean from which a solution starts.
 #[derive(Debug, Clone)]
-pub(crate) struct Start {
+pub(crate) struct BorderedStart {
     /// Coefficients, m.
     pub u: Vec<f64>,
     /// Further unknowns.
@@ -93,7 +93,7 @@ const TANGENT_TOLERANCE: f64 = 1e-5;
 
 impl Plane {
     /// Plane through a point across a direction that has these coefficients, in units of the step h.
-    pub(crate) fn across(direction: &BorderRow, h: f64, through: &Prediction) -> Self {
+    pub(crate) fn normal_to(direction: &BorderRow, h: f64, through: &Prediction) -> Self {
         let row: Vec<f64> = direction.row.iter().map(|v| v / h).collect();
         let corner = direction.corner / h;
         Self {
@@ -103,7 +103,7 @@ impl Plane {
     }
 
     /// Distance of a point from the plane, in steps.
-    fn off(&self, u: &[f64], abscissa: f64) -> f64 {
+    fn distance(&self, u: &[f64], abscissa: f64) -> f64 {
         let BorderRow { row, corner } = &self.across;
         dot(row, u) + corner * abscissa - self.value
     }
@@ -115,7 +115,7 @@ struct AcrossCurve<'a> {
     plane: &'a Plane,
 }
 
-impl Family for AcrossCurve<'_> {
+impl BalanceFamily for AcrossCurve<'_> {
     fn balance(&self, further: &[f64], mean: Mean) -> Option<Balance> {
         self.solvers.balance(further[0], mean)
     }
@@ -133,7 +133,7 @@ impl Family for AcrossCurve<'_> {
     }
 
     fn equations(&self, u: &[f64], further: &[f64]) -> Vec<f64> {
-        vec![self.plane.off(u, further[0])]
+        vec![self.plane.distance(u, further[0])]
     }
 
     fn derivatives(&self, _: &[f64], _: &[f64]) -> [Vec<Vec<f64>>; 2] {
@@ -159,11 +159,11 @@ pub(crate) fn correct(
     near: &Prediction,
     mean: Mean,
     options: NewtonOptions,
-    work: &mut Work,
+    work: &mut SolverWork,
 ) -> Option<(Solution, f64)> {
     let family = AcrossCurve { solvers, plane };
-    let solver = solvers.at(near.abscissa)?;
-    let start = Start {
+    let solver = solvers.solver(near.abscissa)?;
+    let start = BorderedStart {
         u: near.u.clone(),
         further: vec![near.abscissa],
         mean,
@@ -176,12 +176,12 @@ pub(crate) fn correct(
 /// is no balance at the start, or no mean to retain.
 pub(crate) fn corrected(
     solver: &FrequencySolver<'_>,
-    family: &impl Family,
-    start: Start,
+    family: &impl BalanceFamily,
+    start: BorderedStart,
     options: NewtonOptions,
-    work: &mut Work,
+    work: &mut SolverWork,
 ) -> Option<(Solution, Vec<f64>)> {
-    let own = start.u.len();
+    let unknowns = start.u.len();
     let mut x = [&start.u[..], &start.further].concat();
     let state = State::new(solver, family, start, options, work)?;
     let (end, state) = if solver.is_exact() {
@@ -203,8 +203,8 @@ pub(crate) fn corrected(
     };
     work.newton_iterations += end.iterations;
     work.residuals.push(end.residuals.clone());
-    let further = x.split_off(own);
-    let (balance, evaluation) = state.take(&x, &further);
+    let further = x.split_off(unknowns);
+    let (balance, evaluation) = state.take_evaluation(&x, &further);
     let solution = Solution {
         balance,
         u: x,
@@ -220,7 +220,7 @@ pub(crate) fn direction(
     solvers: Solvers<'_>,
     at: SolutionAt<'_>,
     across: BorderRow,
-    work: &mut Work,
+    work: &mut SolverWork,
 ) -> Option<Direction> {
     let Solution {
         balance,
@@ -228,8 +228,8 @@ pub(crate) fn direction(
         evaluation,
         ..
     } = at.solution;
-    let own = u.len();
-    let solver = solvers.at(at.abscissa)?;
+    let unknowns = u.len();
+    let solver = solvers.solver(at.abscissa)?;
     let jacobian = balance.linearise(evaluation);
     let column = (solvers.over).column(solvers.place_of(at), &jacobian, Use::Direction)?;
     let border = Border {
@@ -237,17 +237,17 @@ pub(crate) fn direction(
         rows: vec![across.row],
         corner: vec![vec![across.corner]],
     };
-    let mut x = vec![0.0; own + 1];
+    let mut x = vec![0.0; unknowns + 1];
     if solver.is_exact() {
-        x[own] = 1.0;
+        x[unknowns] = 1.0;
         let matrix = bordered(&formed(balance, &jacobian), &border);
         Lu::new(matrix).solve_column_in_place(&mut x);
     } else {
         let linear = work.preconditioner.linear_system(balance, &jacobian);
         let scale = load_scale(balance, solver.newton.tolerance);
-        let border = in_forces(border, scale[0]);
-        let mut right = vec![0.0; own + 1];
-        right[own] = scale[0];
+        let border = scaled_to_forces(border, scale[0]);
+        let mut right = vec![0.0; unknowns + 1];
+        right[unknowns] = scale[0];
         let (border, tolerance) = (Some(&border), TANGENT_TOLERANCE);
         let kept = &mut work.preconditioner;
         let end = kept.solve(balance, &linear, border, &right, scale, tolerance, &mut x);
@@ -268,12 +268,12 @@ pub(crate) fn columns(
     let n = balance.unknowns_per_block();
     let slopes = slopes.iter();
     slopes
-        .map(|slope| jacobian.less_contact_response(slope, n))
+        .map(|slope| jacobian.unbalanced_part(slope, n))
         .collect()
 }
 
 /// Border whose further equations are in forces, as the others are.
-fn in_forces(mut border: Border, load_n: f64) -> Border {
+fn scaled_to_forces(mut border: Border, load_n: f64) -> Border {
     let coefficients = border.rows.iter_mut().chain(&mut border.corner).flatten();
     coefficients.for_each(|v| *v *= load_n);
     border
@@ -317,15 +317,15 @@ struct State<'a, F> {
     scale: [f64; 2],
 }
 
-impl<'a, F: Family> State<'a, F> {
+impl<'a, F: BalanceFamily> State<'a, F> {
     fn new(
         solver: &'a FrequencySolver<'_>,
         family: &'a F,
-        start: Start,
+        start: BorderedStart,
         options: NewtonOptions,
-        work: &Work,
+        work: &SolverWork,
     ) -> Option<Self> {
-        let Start { u, further, mean } = start;
+        let BorderedStart { u, further, mean } = start;
         let mut balance = family.balance(&further, mean)?;
         balance.deadline = work.deadline;
         Some(Self {
@@ -356,7 +356,7 @@ impl<'a, F: Family> State<'a, F> {
     }
 
     /// Evaluation at a point, computed unless the point was the last.
-    fn at(&mut self, u: &[f64]) -> &Evaluation {
+    fn evaluate(&mut self, u: &[f64]) -> &Evaluation {
         let evaluation = match self.last.take() {
             Some((last, evaluation)) if last == u => evaluation,
             _ => self.balance.evaluate(u),
@@ -364,9 +364,9 @@ impl<'a, F: Family> State<'a, F> {
         &self.last.insert((u.to_vec(), evaluation)).1
     }
 
-    fn take(mut self, u: &[f64], further: &[f64]) -> (Balance, Evaluation) {
+    fn take_evaluation(mut self, u: &[f64], further: &[f64]) -> (Balance, Evaluation) {
         self.go_to(further);
-        self.at(u);
+        self.evaluate(u);
         let (_, evaluation) = self.last.expect("just evaluated");
         (self.balance, evaluation)
     }
@@ -378,7 +378,7 @@ impl<'a, F: Family> State<'a, F> {
             return;
         }
         let (own, equations) = f.split_at_mut(self.own);
-        own.copy_from_slice(&self.at(u).residual);
+        own.copy_from_slice(&self.evaluate(u).residual);
         equations.copy_from_slice(&self.family.equations(u, further));
     }
 
@@ -396,7 +396,7 @@ impl<'a, F: Family> State<'a, F> {
     fn linearised(&mut self, x: &[f64]) -> Option<(Jacobian, Border)> {
         let (u, further) = x.split_at(self.own);
         self.go_to(further);
-        self.at(u);
+        self.evaluate(u);
         let (_, evaluation) = self.last.as_ref().expect("just evaluated");
         let jacobian = self.balance.linearise(evaluation);
         let [rows, corner] = self.family.derivatives(u, further);
@@ -429,7 +429,7 @@ struct Exact<'a, F> {
     factor: Option<Lu>,
 }
 
-impl<F: Family> NonlinearSystem for Exact<'_, F> {
+impl<F: BalanceFamily> NonlinearSystem for Exact<'_, F> {
     const DAMPING: Damping = Damping::Persistent;
 
     fn residual(&mut self, x: &[f64], f: &mut [f64]) {
@@ -464,7 +464,7 @@ struct Krylov<'a, F> {
     preconditioner: &'a mut Preconditioner,
 }
 
-impl<F: Family> NonlinearSystem for Krylov<'_, F> {
+impl<F: BalanceFamily> NonlinearSystem for Krylov<'_, F> {
     fn residual(&mut self, x: &[f64], f: &mut [f64]) {
         self.state.residual(x, f);
     }
@@ -476,7 +476,7 @@ impl<F: Family> NonlinearSystem for Krylov<'_, F> {
         let State { balance, scale, .. } = &self.state;
         self.linear = linearised.map(|(jacobian, border)| {
             let linear = self.preconditioner.linear_system(balance, &jacobian);
-            (linear, in_forces(border, scale[0]))
+            (linear, scaled_to_forces(border, scale[0]))
         });
     }
     fn linear_tolerances(&self) -> Option<LinearTolerances> {

@@ -26,8 +26,8 @@ pub struct Section {
 /// Sections of all curves of a response, in the order of its orbits.
 pub fn sections(response: &Response) -> Vec<Section> {
     let abscissa = |at: usize| response.abscissa(at);
-    let all = (0..response.orbits.len()).map(abscissa);
-    let [low, high] = all.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], at| {
+    let abscissae = (0..response.orbits.len()).map(abscissa);
+    let [low, high] = abscissae.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], at| {
         [low.min(at), high.max(at)]
     });
     let back = BACK * (high - low);
@@ -64,11 +64,11 @@ pub fn sections(response: &Response) -> Vec<Section> {
 
 /// Positions of the folds in the orbits of a response, ascending.
 pub fn folds(response: &Response) -> Vec<usize> {
-    between(&sections(response)).collect()
+    fold_positions(&sections(response)).collect()
 }
 
 /// Positions of the folds between sections.
-fn between(sections: &[Section]) -> impl Iterator<Item = usize> {
+fn fold_positions(sections: &[Section]) -> impl Iterator<Item = usize> {
     let two = sections.windows(2);
     let joined = two.map(|two| [&two[0].points, &two[1].points]);
     let folds = joined.filter(|[a, b]| a.end == b.start + 1);
@@ -82,7 +82,7 @@ pub fn stable(response: &Response) -> Vec<bool> {
     for section in sections.iter().filter(|section| !section.is_stable) {
         stable[section.points.clone()].fill(false);
     }
-    for fold in between(&sections) {
+    for fold in fold_positions(&sections) {
         stable[fold] = true;
     }
     stable

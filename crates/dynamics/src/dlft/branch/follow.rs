@@ -9,8 +9,8 @@ use super::values::Values;
 use crate::dlft::balance::Balance;
 use crate::dlft::linear_curve::linear_curve;
 use crate::dlft::newton_krylov::step_length;
-use crate::dlft::point::{Neighbour, Work};
-use crate::dlft::sweep::{NumberedFrequency, Run};
+use crate::dlft::point::{Neighbour, SolverWork};
+use crate::dlft::sweep::{NumberedFrequency, SweepSolvers};
 use crate::dlft::{Orbit, Response, SolvedFrequency};
 use std::f64::consts::TAU;
 
@@ -19,19 +19,19 @@ const LINEAR_PARTS: usize = 200;
 /// Two motions at one frequency are the same where they differ by less than this fraction.
 const SAME: f64 = 1e-4;
 
-impl Run<'_> {
+impl SweepSolvers<'_> {
     /// Follows the branches that begin at the two ends of these frequencies, each to the middle.
     /// Where they do not meet there, both are followed to where they leave the range: a curve that
     /// folds is then the same from both ends, and two branches that are not remain two.
     pub(super) fn followed(&self, asked_hz: &[f64]) -> Response {
-        let course = Course::over(asked_hz);
+        let course = Course::spanning(asked_hz);
         let mut response = assembled(self.branches(None, course, asked_hz));
         response.slip_threshold_m = self.slip_threshold_m;
         let (from_hz, to_hz) = (course.from, course.to);
         let even = (0..=LINEAR_PARTS)
             .map(|i| from_hz + (to_hz - from_hz) * i as f64 / LINEAR_PARTS as f64);
-        let own = response.linear.iter().map(|p| p.frequency_hz);
-        let mut frequencies_hz: Vec<f64> = own.chain(even).collect();
+        let linear_hz = response.linear.iter().map(|p| p.frequency_hz);
+        let mut frequencies_hz: Vec<f64> = linear_hz.chain(even).collect();
         frequencies_hz.sort_by(f64::total_cmp);
         frequencies_hz.dedup();
         response.linear_curve = linear_curve(&self.linear, self.harmonics(), &frequencies_hz);
@@ -40,10 +40,10 @@ impl Run<'_> {
     }
 
     /// Follows the branches that begin at the two ends of a range of values, as
-    /// [`Run::followed`] does.
+    /// [`SweepSolvers::followed`] does.
     pub(super) fn followed_over(&self, values: &Values<'_>) -> Response {
         let asked = values.abscissae();
-        let branches = self.branches(Some(values), Course::over(&asked), &asked);
+        let branches = self.branches(Some(values), Course::spanning(&asked), &asked);
         let mut response = assembled(branches);
         response.slip_threshold_m = self.slip_threshold_m;
         response
@@ -75,7 +75,7 @@ impl Run<'_> {
             let at_one = a.zip(b).filter(|(a, b)| a.abscissa() == b.abscissa());
             at_one.is_some_and(|(a, b)| self.is_same(&a.orbit, &b.orbit))
         };
-        let [first, second] = [&rising, &falling].map(|half| half.branch.until(middle));
+        let [first, second] = [&rising, &falling].map(|half| half.branch.truncated_at(middle));
         if same(first.points.last(), second.points.last()) {
             // A half that finds no motion at its end is better reached from the other one.
             let goes_on = match [&first, &second].map(|half| half.gaps.is_empty()) {
@@ -135,16 +135,18 @@ impl Run<'_> {
             estimated_error,
             neighbour,
         } = guess;
-        let mut level = self.refinement.level_beside(*harmonics, *estimated_error);
+        let mut level = self
+            .refinement
+            .neighbour_level(*harmonics, *estimated_error);
         let mut near = neighbour.clone();
         loop {
             let mut follower = Follower::new(self, None, course, &[], false);
-            let (peak, of_peak) = follower.climb(&near, level, observation)?;
+            let (peak, of_peak) = follower.follow_to_peak(&near, level, observation)?;
             let estimated = self.estimated(&peak, of_peak);
             if estimated.1 == of_peak {
                 return estimated.0.outcome.has_motion().then_some(estimated.0);
             }
-            near = Neighbour::of(&estimated.0, None);
+            near = Neighbour::from_orbit(&estimated.0, None);
             level = estimated.1;
         }
     }
@@ -152,9 +154,9 @@ impl Run<'_> {
     /// A motion with the estimate of its error, and its level: a higher one where an accuracy asks
     /// for it.
     pub(super) fn estimated(&self, orbit: &Orbit, level: usize) -> (Orbit, usize) {
-        let (at_hz, mut work) = (orbit.frequency_hz, Work::default());
+        let (at_hz, mut work) = (orbit.frequency_hz, SolverWork::default());
         work.start_counting(self.most_seconds);
-        let from = Neighbour::of(orbit, None);
+        let from = Neighbour::from_orbit(orbit, None);
         let solved = (self.refinement.level(level)).solve_from(at_hz, &from, &mut work);
         let resolved = self.refinement.refined(at_hz, level, solved, &mut work);
         let level = resolved.level;
@@ -162,7 +164,7 @@ impl Run<'_> {
             self.orbit_of(
                 &self.refinement,
                 resolved,
-                NumberedFrequency::of(orbit),
+                NumberedFrequency::from_orbit(orbit),
                 &work,
             ),
             level,
@@ -182,7 +184,9 @@ impl Run<'_> {
             errors[0].max(errors[1]).max(SAME)
         };
         if a.observed.is_empty() {
-            let solver = self.refinement.with(a.harmonics.min(b.harmonics));
+            let solver = self
+                .refinement
+                .solver_for_harmonics(a.harmonics.min(b.harmonics));
             let balance = Balance::new(&solver.setting, TAU * a.frequency_hz);
             let n = balance.unknowns_per_block();
             let differs = |(a, b): (&f64, &f64)| a - b;

@@ -16,7 +16,7 @@ pub(crate) struct Followed {
 
 impl Followed {
     /// The branch up to its first point at an abscissa; empty where there is none.
-    pub(crate) fn until(&self, abscissa: f64) -> Self {
+    pub(crate) fn truncated_at(&self, abscissa: f64) -> Self {
         let at = |p: &SolvedFrequency| p.abscissa() == abscissa;
         let count = self.points.iter().position(at).map_or(0, |i| i + 1);
         Self {
@@ -44,7 +44,7 @@ impl Followed {
     }
 
     /// Returns `true` if its last steps were shorter than short ones.
-    pub(crate) fn creeps(&self) -> bool {
+    pub(crate) fn is_stalling(&self) -> bool {
         let before = self.lengths.iter().rev().nth(MOST_SHORT_STEPS);
         let last = self.lengths.last();
         let length = last.zip(before).map(|(last, before)| last - before);
@@ -112,7 +112,7 @@ pub(crate) fn assembled(branches: Vec<Followed>) -> Response {
 
 /// Response so far of branches that are being followed: `solved` are the points found, in the order
 /// of their numbers. The linear reference is known at these alone.
-pub fn so_far(solved: impl IntoIterator<Item = SolvedFrequency>) -> Response {
+pub fn partial_response(solved: impl IntoIterator<Item = SolvedFrequency>) -> Response {
     let [mut rising, mut falling] = [Followed::default(), Followed::default()];
     for solved in solved {
         let from_last = solved.along.as_ref().is_some_and(|along| along.from_last);
@@ -136,7 +136,7 @@ mod tests {
                 let last = branch.lengths.last().unwrap();
                 branch.lengths.push(last + step);
             }
-            branch.creeps()
+            branch.is_stalling()
         };
         let short = vec![1e-6; MOST_SHORT_STEPS];
         let few = [&[0.1; 30][..], &short[..12]].concat();

@@ -12,13 +12,13 @@ mod tops;
 
 use self::stretches::STRETCH;
 use super::followed::Followed;
-use super::over::{Over, OverFrequency, SolutionAt, Solvers};
-use super::trace::{Course, Found, Point, Tracer};
+use super::over::{ContinuationParameter, FrequencyParameter, SolutionAt, Solvers};
+use super::trace::{Course, CurvePoint, CurveSolution, Tracer};
 use super::values::Values;
 use crate::dlft::accuracy::Resolved;
-use crate::dlft::point::{Neighbour, Solution, Work};
-use crate::dlft::sweep::{FrequencyOnLevel, NumberedFrequency, Run};
-use crate::dlft::{Along, Orbit, Outcome, Part, SolvedFrequency, Told};
+use crate::dlft::point::{Neighbour, Solution, SolverWork};
+use crate::dlft::sweep::{FrequencyOnLevel, NumberedFrequency, SweepSolvers};
+use crate::dlft::{BranchPosition, Orbit, Outcome, Part, SolvedFrequency, SweepProgress};
 
 /// Most points of a branch.
 const MOST_POINTS: usize = 5000;
@@ -31,7 +31,7 @@ const MOST_CLIMBED: usize = 200;
 
 /// Follower of a branch, which can be stopped on the way.
 pub(crate) struct Follower<'b> {
-    run: &'b Run<'b>,
+    run: &'b SweepSolvers<'b>,
     /// Values that the curve is followed over; `None` for the frequency.
     values: Option<&'b Values<'b>>,
     course: Course,
@@ -43,7 +43,7 @@ pub(crate) struct Follower<'b> {
     pub branch: Followed,
     tracer: Option<Tracer>,
     /// Last points of the curve, added ones included: three between two steps.
-    recent: Vec<Point>,
+    recent: Vec<CurvePoint>,
     /// Length of the curve up to which the slopes of its points told of its peaks.
     searched: f64,
     level: usize,
@@ -58,14 +58,14 @@ pub(crate) struct Follower<'b> {
     guess: Option<Neighbour>,
     /// `true` once the branch has left the range.
     has_left: bool,
-    work: Work,
+    work: SolverWork,
 }
 
 impl<'b> Follower<'b> {
     /// Follower of the branch that begins where the course does, with the points of it that an
     /// earlier run solved.
     pub(crate) fn new(
-        run: &'b Run<'b>,
+        run: &'b SweepSolvers<'b>,
         values: Option<&'b Values<'b>>,
         course: Course,
         asked: &[f64],
@@ -88,19 +88,19 @@ impl<'b> Follower<'b> {
             next: course.from,
             guess: None,
             has_left: false,
-            work: Work::default(),
+            work: SolverWork::default(),
         };
         new.restore();
         new
     }
 
     /// Quantity that the curve is followed over, for one step.
-    fn over(&self) -> Box<dyn Over + 'b> {
+    fn parameter(&self) -> Box<dyn ContinuationParameter + 'b> {
         match self.values {
-            None => Box::new(OverFrequency(self.run)),
+            None => Box::new(FrequencyParameter(self.run)),
             Some(values) => {
                 let near = self.tracer.as_ref().map(|tracer| tracer.last().abscissa);
-                Box::new(values.over(near))
+                Box::new(values.parameter(near))
             }
         }
     }
@@ -113,24 +113,25 @@ impl<'b> Follower<'b> {
         if stop.is_some_and(is_at) {
             return;
         }
-        while !self.has_left && self.branch.points.len() < MOST_POINTS && self.run.goes_on() {
+        while !self.has_left && self.branch.points.len() < MOST_POINTS && self.run.should_continue()
+        {
             let stops = if self.tracer.is_some() {
-                self.step(&*self.over(), stop)
+                self.step(&*self.parameter(), stop)
             } else {
                 let known = self.branch.points.len();
-                self.begin(&*self.over());
+                self.find_start(&*self.parameter());
                 let begun = self.next;
                 self.has_left = begun == to;
                 if self.branch.points.len() > known {
-                    self.look_beyond_begin();
+                    self.skip_failed_start();
                 } else {
-                    self.look_beyond_missing(begun);
+                    self.skip_missing_model(begun);
                 }
                 stop.is_some_and(|stop| toward * (begun - stop) >= 0.0)
             };
             self.step += 1;
             if self.tracer.is_some() && self.solved >= self.stretch_from + STRETCH {
-                self.begin_stretch(&*self.over());
+                self.begin_stretch(&*self.parameter());
             }
             if stops {
                 return;
@@ -154,7 +155,7 @@ impl<'b> Follower<'b> {
     /// Follows the branch from a motion near it, on a level, to a peak of an observed amplitude:
     /// towards larger amplitudes, until the amplitude has fallen on the other side of the peak.
     /// Returns the peak and its level; `None` where the branch leaves the range or is lost before.
-    pub(crate) fn climb(
+    pub(crate) fn follow_to_peak(
         &mut self,
         near: &Neighbour,
         level: usize,
@@ -164,34 +165,34 @@ impl<'b> Follower<'b> {
         self.next = near.frequency_hz.clamp(from, to);
         self.level = level;
         self.guess = Some(near.clone());
-        self.begin(&*self.over());
-        self.tracer.as_mut()?.climb(observation)?;
+        self.find_start(&*self.parameter());
+        self.tracer.as_mut()?.head_for_peak(observation)?;
         self.recent.clear();
         self.remember();
         while self.tracer.is_some()
             && !self.has_left
             && self.solved < MOST_CLIMBED
-            && self.run.goes_on()
+            && self.run.should_continue()
         {
-            self.step(&*self.over(), None);
+            self.step(&*self.parameter(), None);
             let amplitude = |p: &SolvedFrequency| p.orbit.observed_amplitude[observation];
             let amplitudes: Vec<f64> = self.branch.points.iter().map(amplitude).collect();
             let (highest, most) =
                 (amplitudes.iter().copied().enumerate()).max_by(|a, b| a.1.total_cmp(&b.1))?;
             if *amplitudes.last()? <= (1.0 - FALLEN) * most {
-                let found = self.branch.points.swap_remove(highest).orbit;
-                return found.outcome.has_motion().then_some((found, self.level));
+                let peak = self.branch.points.swap_remove(highest).orbit;
+                return peak.outcome.has_motion().then_some((peak, self.level));
             }
         }
         None
     }
 
     /// Looks for a motion to follow, on from where the branch was lost.
-    fn begin(&mut self, over: &dyn Over) {
+    fn find_start(&mut self, over: &dyn ContinuationParameter) {
         let run = self.run;
         let last = self.branch.points.last();
-        let last = last.filter(|p| p.orbit.outcome.holds());
-        let last = last.map(|p| Neighbour::of(&p.orbit, None));
+        let last = last.filter(|p| p.orbit.outcome.is_balanced());
+        let last = last.map(|p| Neighbour::from_orbit(&p.orbit, None));
         let neighbour = last.or_else(|| self.guess.take());
         let at = self.next;
         let Some(refinement) = over.refinement(at) else {
@@ -203,30 +204,30 @@ impl<'b> Follower<'b> {
             frequency_hz,
             level: self.level,
         };
-        let found = run.resolve(&refinement, begin, &mut self.work, |level, work| {
+        let outcome = run.resolve(&refinement, begin, &mut self.work, |level, work| {
             level.solve(frequency_hz, neighbour.as_ref(), work)
         });
-        self.level = found.level;
-        if found.solved.is_converged() && self.course.range() > 0.0 {
-            let level = found.level;
+        self.level = outcome.level;
+        if outcome.solved.is_converged() && self.course.range() > 0.0 {
+            let level = outcome.level;
             let solvers = Solvers { over, level };
             let begun = SolutionAt {
-                solution: &found.solved,
+                solution: &outcome.solved,
                 abscissa: at,
             };
-            self.tracer = Tracer::from(solvers, self.course, begun, &mut self.work);
+            self.tracer = Tracer::start(solvers, self.course, begun, &mut self.work);
         }
         let length = self.branch.lengths.last().copied().unwrap_or(0.0);
         self.recent.clear();
         if let Some(tracer) = &mut self.tracer {
-            tracer.begin_at(length);
+            tracer.set_length(length);
         }
-        self.record(over, found, at, length, Part::Begun);
+        self.record(over, outcome, at, length, Part::Begun);
         self.remember();
     }
 
     /// Takes a step along the curve. Returns `true` where it passes `stop`.
-    fn step(&mut self, over: &dyn Over, stop: Option<f64>) -> bool {
+    fn step(&mut self, over: &dyn ContinuationParameter, stop: Option<f64>) -> bool {
         let run = self.run;
         let Some(mut tracer) = self.tracer.take() else {
             return false;
@@ -234,18 +235,18 @@ impl<'b> Follower<'b> {
         self.work.start_counting(run.most_seconds);
         let mut asked = self.asked.clone();
         asked.extend(stop);
-        let step = tracer.step(over, &asked, self.branch.creeps(), &mut self.work);
+        let step = tracer.step(over, &asked, self.branch.is_stalling(), &mut self.work);
         let stops = stop.is_some_and(|stop| step.passed.iter().any(|p| p.abscissa == stop));
         let level = self.level;
         let solvers = Solvers { over, level };
         for found in step.passed {
-            let Found {
+            let CurveSolution {
                 solution,
                 abscissa,
                 length,
             } = found;
             let work = &mut self.work;
-            if let Some(solution) = solvers.on_curve(abscissa, solution, work)
+            if let Some(solution) = solvers.curve_solution(abscissa, solution, work)
                 && let Some(resolved) = run.judged_at(solvers, abscissa, solution, work)
             {
                 self.record(over, resolved, abscissa, length, Part::Passed);
@@ -257,19 +258,19 @@ impl<'b> Follower<'b> {
             return stops;
         }
         let Some(found) = step.reached else {
-            self.look_beyond(tracer.last().abscissa);
+            self.skip_gap(tracer.last().abscissa);
             return false;
         };
         let (at, length) = (found.abscissa, found.length);
         let mean = found.solution.balance.mean();
-        let Some(solved) = solvers.on_curve(at, found.solution, &mut self.work) else {
+        let Some(solved) = solvers.curve_solution(at, found.solution, &mut self.work) else {
             tracer.step_back();
-            self.look_beyond(tracer.last().abscissa);
+            self.skip_gap(tracer.last().abscissa);
             return false;
         };
         let same_mean = solved.balance.mean() == mean;
         let Some(resolved) = run.judged_at(solvers, at, solved, &mut self.work) else {
-            self.look_beyond(at);
+            self.skip_gap(at);
             return false;
         };
         if same_mean && resolved.level == self.level {
@@ -278,9 +279,9 @@ impl<'b> Follower<'b> {
             self.level = resolved.level;
             let level = self.level;
             let solvers = Solvers { over, level };
-            self.tracer = tracer.again(solvers, &resolved.solved, &mut self.work);
+            self.tracer = tracer.restart(solvers, &resolved.solved, &mut self.work);
             if self.tracer.is_none() {
-                self.look_beyond(at);
+                self.skip_gap(at);
             }
         }
         self.record(over, resolved, at, length, Part::Reached);
@@ -302,7 +303,7 @@ impl<'b> Follower<'b> {
     /// Records a point that is solved.
     fn record(
         &mut self,
-        over: &dyn Over,
+        over: &dyn ContinuationParameter,
         resolved: Resolved,
         abscissa: f64,
         length: f64,
@@ -325,7 +326,7 @@ impl<'b> Follower<'b> {
             orbit: run.orbit_of(&refinement, resolved, at, &self.work),
             linear: over.linear_point(abscissa),
             again: false,
-            along: Some(Along {
+            along: Some(BranchPosition {
                 from_last: self.from_last,
                 step: self.step,
                 part,
@@ -334,13 +335,13 @@ impl<'b> Follower<'b> {
                 heading: followed.map(Tracer::heading),
             }),
         };
-        (run.tell)(Told::Solved(&solved));
+        (run.tell)(SweepProgress::Solved(&solved));
         self.branch.keep(solved);
     }
 }
 
 /// Adds a point to the last ones, as [`Follower::remember`] does.
-fn remember(recent: &mut Vec<Point>, point: &Point, outcome: Outcome) {
+fn remember(recent: &mut Vec<CurvePoint>, point: &CurvePoint, outcome: Outcome) {
     if !outcome.is_converged() {
         recent.clear();
         return;
@@ -349,14 +350,14 @@ fn remember(recent: &mut Vec<Point>, point: &Point, outcome: Outcome) {
     *recent = before.chain([point.clone()]).collect();
 }
 
-impl Run<'_> {
+impl SweepSolvers<'_> {
     /// Judges a solution of a level at an abscissa; `None` where there is no model.
     fn judged_at(
         &self,
         solvers: Solvers<'_>,
         abscissa: f64,
         solved: Solution,
-        work: &mut Work,
+        work: &mut SolverWork,
     ) -> Option<Resolved> {
         let refinement = solvers.over.refinement(abscissa)?;
         let at = FrequencyOnLevel {

@@ -72,7 +72,7 @@ pub(crate) struct Gauge {
 
 impl Gauge {
     /// Gauge at a point, where T has this derivative with respect to the abscissa at constant U.
-    pub(crate) fn at(
+    pub(crate) fn new(
         balance: &Balance,
         u: &[f64],
         frequency_hz: f64,
@@ -97,7 +97,7 @@ impl Gauge {
     }
 
     /// Change of T along a direction.
-    pub(crate) fn along(&self, direction: &Direction) -> Vec<f64> {
+    pub(crate) fn directional_change(&self, direction: &Direction) -> Vec<f64> {
         let block = |of: usize| &direction.u[of * self.n..(of + 1) * self.n];
         let (c, s) = (block(cosine(1)), block(sine(1)));
         let mut out: Vec<f64> = if self.slopes.is_empty() {
@@ -157,7 +157,7 @@ impl Scales {
     }
 
     /// Coefficients of dU and dp in the product of a change with any other.
-    pub(crate) fn across(self, gauge: &Gauge, change: &Change) -> BorderRow {
+    pub(crate) fn border_row(self, gauge: &Gauge, change: &Change) -> BorderRow {
         let by = (self.motion * self.motion).recip();
         let weights: Vec<f64> = change.motion.iter().map(|t| t * by).collect();
         let mut across = gauge.coefficients(&weights);
@@ -188,7 +188,7 @@ mod tests {
                 if !observed {
                     let reduced = problem.reduced_mut();
                     reduced.observations.clear();
-                    reduced.waves = reduced.waves.with(|_, copies| ReducedModel {
+                    reduced.waves = reduced.waves.map_copies(|_, copies| ReducedModel {
                         observations: Vec::new(),
                         ..copies.clone()
                     });
@@ -205,14 +205,14 @@ mod tests {
                     abscissa: 0.01,
                 };
                 let per_hz = Gauge::motion_per_hz(&balance, u, frequency_hz);
-                let gauge = Gauge::at(&balance, u, frequency_hz, per_hz);
+                let gauge = Gauge::new(&balance, u, frequency_hz, per_hz);
                 let moved = |by: f64| {
                     let along = u.iter().zip(&direction.u);
                     let u: Vec<f64> = along.map(|(u, d)| u + by * d).collect();
                     motion(&balance, &u, frequency_hz + by * direction.abscissa)
                 };
                 let [above, below] = [1e-5, -1e-5].map(moved);
-                let along = gauge.along(&direction);
+                let along = gauge.directional_change(&direction);
                 let size = norm(&along);
                 assert!(size > 0.0);
                 for ((a, b), along) in above.iter().zip(&below).zip(&along) {

@@ -33,12 +33,12 @@ mod trace;
 mod values;
 
 pub use folds::{Section, folds, sections, stable};
-pub use followed::so_far;
+pub use followed::partial_response;
 pub use peak::{Guess, estimated, peak_near};
 pub use values::{ModelAt, ModelOf, SeveralAt, ValueCurve, ValueRange, follow_over};
 
-use super::sweep::{Run, SweepSettings};
-use super::{Response, SolvedFrequency, StaticState, Told};
+use super::sweep::{SweepSettings, SweepSolvers};
+use super::{Response, SolvedFrequency, StaticState, SweepProgress};
 use crate::damping::Rayleigh;
 use crate::problem::Problem;
 
@@ -52,16 +52,16 @@ use crate::problem::Problem;
 /// `earlier` are points that an interrupted run of the same model with the same settings solved, in
 /// any order; complete stretches of 20 points are not solved again. `tell` is called from any
 /// thread, for each point that is solved, `earlier` ones included. It may stop the follower
-/// ([`Told::Next`]).
+/// ([`SweepProgress::Next`]).
 pub fn follow(
     problem: &Problem,
     damping: Rayleigh,
     static_state: &StaticState,
     settings: &SweepSettings,
     earlier: &[SolvedFrequency],
-    tell: &(dyn Fn(Told<'_>) + Sync),
+    tell: &(dyn Fn(SweepProgress<'_>) + Sync),
 ) -> Response {
-    let run = Run::new(problem, damping, static_state, settings, earlier, tell);
+    let run = SweepSolvers::new(problem, damping, static_state, settings, earlier, tell);
     run.followed(&settings.frequencies_hz)
 }
 
@@ -115,12 +115,12 @@ mod tests {
         let state = static_state(&problem, 10, settings.newton);
         for solve in [sweep, follow] {
             let told = AtomicUsize::new(0);
-            let tell = |told_of: Told<'_>| match told_of {
-                Told::Solved(_) => {
+            let tell = |told_of: SweepProgress<'_>| match told_of {
+                SweepProgress::Solved(_) => {
                     told.fetch_add(1, Ordering::Relaxed);
                 }
-                Told::Next(stop) if told.load(Ordering::Relaxed) >= 3 => stop.stop(),
-                Told::Next(_) | Told::Tries(_) => {}
+                SweepProgress::Next(stop) if told.load(Ordering::Relaxed) >= 3 => stop.stop(),
+                SweepProgress::Next(_) | SweepProgress::Tries(_) => {}
             };
             let response = solve(&problem, damping(&problem), &state, &settings, &[], &tell);
             // Each of the two halves may have begun one more step.
@@ -236,7 +236,7 @@ mod tests {
             let mut settings = SweepSettings::new(ends_hz.to_vec(), Resolution::fixed(3, 128));
             settings.slip_threshold_m = Some(1e-9);
             let state = static_state(&problem, 1, settings.newton);
-            let damping = Rayleigh::of_mass(0.001);
+            let damping = Rayleigh::mass_proportional(0.001);
             let followed = follow(&problem, damping, &state, &settings, &[], &|_| ());
             let gaps = followed.branches.iter().map(|b| b.gaps.len());
             assert_eq!(gaps.sum::<usize>(), 0, "{stop_n_m:?}");
@@ -338,7 +338,11 @@ mod tests {
         let response = follow(&problem, damping, &state, &settings, &[], &|_| ());
         let orbits = &response.orbits;
         assert!((10..40).contains(&orbits.len()), "{}", orbits.len());
-        assert!(orbits.iter().all(|o| o.outcome == Outcome::LeavesSlot));
+        assert!(
+            orbits
+                .iter()
+                .all(|o| o.outcome == Outcome::ExcitationExceedsPreload)
+        );
         for branch in &response.branches {
             let ends = [branch.points.start, branch.points.end - 1];
             let mut ends_hz = ends.map(|i| orbits[i].frequency_hz);

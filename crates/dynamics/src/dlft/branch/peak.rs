@@ -4,8 +4,8 @@
 use super::trace::Course;
 use crate::damping::Rayleigh;
 use crate::dlft::point::{Neighbour, resized};
-use crate::dlft::sweep::{Run, SweepSettings};
-use crate::dlft::{Orbit, StaticState, Told};
+use crate::dlft::sweep::{SweepSettings, SweepSolvers};
+use crate::dlft::{Orbit, StaticState, SweepProgress};
 use crate::problem::Problem;
 
 /// Motion near which a peak is looked for.
@@ -20,19 +20,19 @@ pub struct Guess {
 
 impl Guess {
     /// Motion of a peak, for one of almost the same problem.
-    pub fn of(peak: &Orbit) -> Self {
+    pub fn from_peak(peak: &Orbit) -> Self {
         Self {
             harmonics: peak.harmonics,
             estimated_error: peak.estimated_error,
-            neighbour: Neighbour::of(peak, None),
+            neighbour: Neighbour::from_orbit(peak, None),
         }
     }
 
     /// Motion on the line through two peaks of the same number of pairs: the first one at 0, the
     /// second one at 1.
-    pub fn on_line([first, second]: [&Orbit; 2], place: f64) -> Self {
+    pub fn interpolated([first, second]: [&Orbit; 2], place: f64) -> Self {
         let nearer = if place < 0.5 { first } else { second };
-        let mut guess = Self::of(nearer);
+        let mut guess = Self::from_peak(nearer);
         let between = |a: f64, b: f64| a + place * (b - a);
         guess.neighbour.frequency_hz = between(first.frequency_hz, second.frequency_hz);
         // A mean that is retained in one and free in the other lies on no line.
@@ -58,9 +58,9 @@ pub fn peak_near(
     settings: &SweepSettings,
     guess: &Guess,
     observation: usize,
-    tell: &(dyn Fn(Told<'_>) + Sync),
+    tell: &(dyn Fn(SweepProgress<'_>) + Sync),
 ) -> Option<Orbit> {
-    let course = Course::over(&settings.frequencies_hz);
+    let course = Course::spanning(&settings.frequencies_hz);
     if course.from >= course.to {
         return None;
     }
@@ -68,7 +68,7 @@ pub fn peak_near(
         estimates: false,
         ..settings.clone()
     };
-    let run = Run::new(problem, damping, static_state, &settings, &[], tell);
+    let run = SweepSolvers::new(problem, damping, static_state, &settings, &[], tell);
     run.peak_near(course, guess, observation)
 }
 
@@ -80,7 +80,7 @@ pub fn estimated(
     settings: &SweepSettings,
     orbit: &Orbit,
 ) -> Orbit {
-    let run = Run::new(problem, damping, static_state, settings, &[], &|_| ());
+    let run = SweepSolvers::new(problem, damping, static_state, settings, &[], &|_| ());
     let level = run.refinement.level_of(orbit.harmonics);
     run.estimated(orbit, level).0
 }
@@ -121,19 +121,19 @@ mod tests {
         };
         let [weaker, own, stronger] = [0.8, 1.0, 1.3].map(whole);
         let mut guesses = vec![
-            Guess::of(&weaker),
-            Guess::of(&stronger),
-            Guess::on_line([&weaker, &stronger], 0.4),
+            Guess::from_peak(&weaker),
+            Guess::from_peak(&stronger),
+            Guess::interpolated([&weaker, &stronger], 0.4),
         ];
         for off in [-0.01, -0.002, 0.002, 0.01] {
-            let mut guess = Guess::of(&own);
+            let mut guess = Guess::from_peak(&own);
             guess.neighbour.frequency_hz += off * first_hz;
             guesses.push(guess);
         }
         for (i, guess) in guesses.iter().enumerate() {
             let solved = AtomicUsize::new(0);
-            let count = |told: Told<'_>| {
-                if !matches!(told, Told::Next(_)) {
+            let count = |told: SweepProgress<'_>| {
+                if !matches!(told, SweepProgress::Next(_)) {
                     solved.fetch_add(1, Ordering::Relaxed);
                 }
             };
@@ -162,7 +162,7 @@ mod tests {
             let damping = damping(&problem);
             let curve = follow(&problem, damping, &state, &settings, &[], &|_| ());
             let own = highest(&curve);
-            let guess = Guess::of(&own);
+            let guess = Guess::from_peak(&own);
             let found = peak_near(&problem, damping, &state, &settings, &guess, 0, &|_| ());
             let found = found.unwrap();
             let off = own.observed_amplitude[0] / found.observed_amplitude[0] - 1.0;
@@ -202,9 +202,9 @@ mod tests {
         let damping = made_up::DAMPING;
         let curve = follow(&problem, damping, &state, &settings, &[], &|_| ());
         let top = highest(&curve);
-        let mut guess = Guess::of(&top);
+        let mut guess = Guess::from_peak(&top);
         let last = curve.orbits.last().unwrap();
-        guess.neighbour = Neighbour::of(last, None);
+        guess.neighbour = Neighbour::from_orbit(last, None);
         guess.neighbour.frequency_hz = 1.03 * top.frequency_hz;
         let found = peak_near(&problem, damping, &state, &settings, &guess, 0, &|_| ());
         let found = found.unwrap();
@@ -221,7 +221,7 @@ mod tests {
         let state = static_state(&problem, 10, settings.newton);
         let damping = damping(&problem);
         let curve = follow(&problem, damping, &state, &settings, &[], &|_| ());
-        let guess = Guess::of(&curve.orbits[0]);
+        let guess = Guess::from_peak(&curve.orbits[0]);
         let found = peak_near(&problem, damping, &state, &settings, &guess, 0, &|_| ());
         assert!(found.is_none());
     }

@@ -50,8 +50,8 @@ pub(crate) struct Several {
 
 /// Ranges of frequencies in which several motions were found, ascending.
 pub(crate) fn several_motions(response: &Response) -> Vec<SecondMotion> {
-    let found = several(response).into_iter();
-    let motions = found.map(|several| SecondMotion {
+    let ranges = several(response).into_iter();
+    let motions = ranges.map(|several| SecondMotion {
         from_hz: several.from,
         to_hz: several.to,
         frequency_hz: several.at,
@@ -78,8 +78,10 @@ pub(crate) fn several(response: &Response) -> Vec<Several> {
             }
         }
     }
-    let found = joined(shared).into_iter();
-    found.filter_map(|range| widest(&passes, range)).collect()
+    let joined_ranges = joined(shared).into_iter();
+    joined_ranges
+        .filter_map(|range| widest(&passes, range))
+        .collect()
 }
 
 /// Passes of a curve. A fold, where the abscissa turns back, belongs to both passes beside it.
@@ -136,7 +138,7 @@ fn widest(passes: &[Pass<'_>], [from, to]: [f64; 2]) -> Option<Several> {
                 let [low, high] = [ends[0].min(ends[1]), ends[0].max(ends[1])];
                 let alike = low - DIFFERENT * low.max(own)..=high + DIFFERENT * high.max(own);
                 let share = |m: &Several| m.other_amplitude_m / m.amplitude_m;
-                let found = Several {
+                let range = Several {
                     from,
                     to,
                     at,
@@ -144,9 +146,9 @@ fn widest(passes: &[Pass<'_>], [from, to]: [f64; 2]) -> Option<Several> {
                     amplitude_m: own.max(between),
                     other_amplitude_m: own.min(between),
                 };
-                let is_wider = widest.as_ref().is_none_or(|w| share(&found) < share(w));
+                let is_wider = widest.as_ref().is_none_or(|w| share(&range) < share(w));
                 if !alike.contains(&own) && is_wider {
-                    widest = Some(found);
+                    widest = Some(range);
                 }
             }
         }

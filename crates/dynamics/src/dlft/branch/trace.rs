@@ -11,14 +11,14 @@ mod passed;
 mod point;
 
 pub(crate) use inside::FoldStart;
-pub(crate) use point::{Height, Point};
+pub(crate) use point::{CurvePoint, Height};
 
-use self::cubic::{between, bisected};
+use self::cubic::{bisected, interpolate};
 use self::point::{Ahead, Measured, motion_of};
 use super::bordered::Prediction;
 use super::gauge::{Change, Scales};
-use super::over::{Over, SolutionAt, Solvers};
-use crate::dlft::point::{Solution, Work};
+use super::over::{ContinuationParameter, SolutionAt, Solvers};
+use crate::dlft::point::{Solution, SolverWork};
 use crate::dlft::{Heading, SolvedFrequency};
 use dovetail_numerics::nonlinear::NewtonOptions;
 use dovetail_numerics::vector::norm;
@@ -70,7 +70,7 @@ pub(crate) struct Course {
 
 impl Course {
     /// Range from the first to the last of these abscissae; at 0 where there is none.
-    pub(crate) fn over(abscissae: &[f64]) -> Self {
+    pub(crate) fn spanning(abscissae: &[f64]) -> Self {
         let [from, to] =
             [abscissae.first(), abscissae.last()].map(|end| end.copied().unwrap_or_default());
         Self { from, to }
@@ -89,8 +89,8 @@ pub(crate) struct Tracer {
     level: usize,
     course: Course,
     /// Last two points.
-    before: Option<Point>,
-    last: Point,
+    before: Option<CurvePoint>,
+    last: CurvePoint,
     step: f64,
     largest_motion: f64,
     /// Length of the curve up to which abscissae asked for have been passed.
@@ -100,7 +100,7 @@ pub(crate) struct Tracer {
 }
 
 /// Solution on the curve, with its abscissa, and the length of the curve up to it.
-pub(crate) struct Found {
+pub(crate) struct CurveSolution {
     /// The solution.
     pub solution: Solution,
     /// Its abscissa.
@@ -110,12 +110,12 @@ pub(crate) struct Found {
 }
 
 /// Points of the curve that a step came to.
-pub(crate) struct Step {
+pub(crate) struct CurveStep {
     /// Points at the abscissae asked for that the step passed, in their order.
-    pub passed: Vec<Found>,
+    pub passed: Vec<CurveSolution>,
     /// Point at the end of the step; `None` where the curve left the range within it, or could not
     /// be followed at all.
-    pub reached: Option<Found>,
+    pub reached: Option<CurveSolution>,
     /// `true` if the curve left the range. The last of those passed is then its end.
     pub leaves: bool,
 }
@@ -123,11 +123,11 @@ pub(crate) struct Step {
 impl Tracer {
     /// Follower that begins at a solution, and goes towards the second abscissa of the course.
     /// `None` where no direction is found.
-    pub(crate) fn from(
+    pub(crate) fn start(
         solvers: Solvers<'_>,
         course: Course,
         at: SolutionAt<'_>,
-        work: &mut Work,
+        work: &mut SolverWork,
     ) -> Option<Self> {
         let motion = motion_of(solvers.over, at);
         let scales = Scales {
@@ -141,7 +141,7 @@ impl Tracer {
         };
         let ahead = Ahead::Abscissa((course.to - course.from).signum());
         Some(Self {
-            last: Point::at(solvers, at, measured, &ahead, work)?,
+            last: CurvePoint::new(solvers, at, measured, &ahead, work)?,
             largest_motion: scales.motion,
             level: solvers.level,
             course,
@@ -154,11 +154,11 @@ impl Tracer {
 
     /// Follower that goes on in the same direction from another solution at the last abscissa, of
     /// another balance: with another mean, or other harmonics.
-    pub(crate) fn again(
+    pub(crate) fn restart(
         self,
         solvers: Solvers<'_>,
         solution: &Solution,
-        work: &mut Work,
+        work: &mut SolverWork,
     ) -> Option<Self> {
         let abscissa = self.last.abscissa;
         let at = SolutionAt { solution, abscissa };
@@ -172,7 +172,7 @@ impl Tracer {
         };
         let ahead = Ahead::Along(self.last.tangent());
         Some(Self {
-            last: Point::at(solvers, at, measured, &ahead, work)?,
+            last: CurvePoint::new(solvers, at, measured, &ahead, work)?,
             largest_motion: self.largest_motion.max(scales.motion),
             level: solvers.level,
             course: self.course,
@@ -189,14 +189,17 @@ impl Tracer {
         solvers: Solvers<'_>,
         course: Course,
         solved: &SolvedFrequency,
-        before: Option<Point>,
+        before: Option<CurvePoint>,
         passed_length: f64,
-        work: &mut Work,
+        work: &mut SolverWork,
     ) -> Option<Self> {
         let along = solved.along.as_ref()?;
         let heading = along.heading.as_ref()?;
         let abscissa = along.abscissa;
-        let (solver, frequency_hz) = (solvers.at(abscissa)?, solvers.over.frequency_hz(abscissa));
+        let (solver, frequency_hz) = (
+            solvers.solver(abscissa)?,
+            solvers.over.frequency_hz(abscissa),
+        );
         let solution = solver.evaluated(frequency_hz, &solved.orbit.x, solved.orbit.mean)?;
         let solution = &solution;
         let at = SolutionAt { solution, abscissa };
@@ -213,7 +216,7 @@ impl Tracer {
             abscissa: heading.abscissa,
         });
         Some(Self {
-            last: Point::at(solvers, at, measured, &ahead, work)?,
+            last: CurvePoint::new(solvers, at, measured, &ahead, work)?,
             largest_motion: heading.largest_m,
             level: solvers.level,
             course,
@@ -236,7 +239,7 @@ impl Tracer {
     }
 
     /// Solvers of the points of the curve.
-    fn solvers<'a>(&self, over: &'a dyn Over) -> Solvers<'a> {
+    fn solvers<'a>(&self, over: &'a dyn ContinuationParameter) -> Solvers<'a> {
         Solvers {
             over,
             level: self.level,
@@ -244,17 +247,17 @@ impl Tracer {
     }
 
     /// Criteria that end the iterations at an abscissa; `None` where there is no model.
-    fn newton(&self, over: &dyn Over, abscissa: f64) -> Option<NewtonOptions> {
-        Some(self.solvers(over).at(abscissa)?.newton)
+    fn newton(&self, over: &dyn ContinuationParameter, abscissa: f64) -> Option<NewtonOptions> {
+        Some(self.solvers(over).solver(abscissa)?.newton)
     }
 
     /// Last point.
-    pub(crate) fn last(&self) -> &Point {
+    pub(crate) fn last(&self) -> &CurvePoint {
         &self.last
     }
 
     /// Counts the length of the curve from here on from `length`.
-    pub(crate) fn begin_at(&mut self, length: f64) {
+    pub(crate) fn set_length(&mut self, length: f64) {
         self.last.length = length;
         self.passed_length = length;
         self.before = None;
@@ -262,7 +265,7 @@ impl Tracer {
 
     /// Goes up from the last point, to larger amplitudes of an observed displacement, with a first
     /// step past the top that a resonance has there. `None` without that displacement.
-    pub(crate) fn climb(&mut self, observation: usize) -> Option<()> {
+    pub(crate) fn head_for_peak(&mut self, observation: usize) -> Option<()> {
         if self.last.heights.get(observation)?.along_m < 0.0 {
             self.last.turn();
             self.before = None;
@@ -293,11 +296,11 @@ impl Tracer {
     /// [`SHORT_STEP`] is taken.
     pub(crate) fn step(
         &mut self,
-        over: &dyn Over,
+        over: &dyn ContinuationParameter,
         asked: &[f64],
         creeps: bool,
-        work: &mut Work,
-    ) -> Step {
+        work: &mut SolverWork,
+    ) -> CurveStep {
         let shortest = if creeps { SHORT_STEP } else { SHORTEST_STEP };
         self.step = self.step.max(2.0 * shortest);
         let mut failures = 0;
@@ -308,7 +311,7 @@ impl Tracer {
             }
             failures += 1;
         }
-        Step {
+        CurveStep {
             passed: Vec::new(),
             reached: None,
             leaves: false,
@@ -328,14 +331,14 @@ impl Tracer {
     /// Tries a step; `None` where a shorter one is to be tried.
     fn attempt(
         &mut self,
-        over: &dyn Over,
+        over: &dyn ContinuationParameter,
         asked: &[f64],
         by_abscissa: bool,
-        work: &mut Work,
-    ) -> Option<Step> {
+        work: &mut SolverWork,
+    ) -> Option<CurveStep> {
         let (h, solvers) = (self.step, self.solvers(over));
-        let Point { scales, mean, .. } = self.last;
-        let plane = self.last.plane(h, &self.last.ahead(h));
+        let CurvePoint { scales, mean, .. } = self.last;
+        let plane = self.last.plane(h, &self.last.extrapolate(h));
         let predicted = self.predicted(h);
         if let Some(end) = over.end_before(predicted.abscissa) {
             return self.attempt_end(over, end, asked, work);
@@ -348,7 +351,7 @@ impl Tracer {
         let found = self.corrected(over, &plane, &predicted, mean, options, work);
         let (found, abscissa) = match found {
             Some(found) => found,
-            None if by_abscissa => self.at_abscissa_ahead(over, predicted.abscissa, work)?,
+            None if by_abscissa => self.solve_ahead(over, predicted.abscissa, work)?,
             None => return None,
         };
         let solution = &found;
@@ -386,7 +389,7 @@ impl Tracer {
         let most = if found.end.iterations > 7 { 0.7 } else { 2.0 };
         self.step = (h * by_error.clamp(0.3, most)).min(LONGEST_STEP);
         self.largest_motion = self.largest_motion.max(norm(&next.motion));
-        let reached = Found {
+        let reached = CurveSolution {
             abscissa,
             length: next.length,
             solution: found,
@@ -394,7 +397,7 @@ impl Tracer {
         if !leaves {
             self.before = Some(std::mem::replace(&mut self.last, next));
         }
-        Some(Step {
+        Some(CurveStep {
             passed,
             reached: (!leaves).then_some(reached),
             leaves,
@@ -405,11 +408,11 @@ impl Tracer {
     /// models; `None` where a shorter one is to be tried.
     fn attempt_end(
         &mut self,
-        over: &dyn Over,
+        over: &dyn ContinuationParameter,
         end: f64,
         asked: &[f64],
-        work: &mut Work,
-    ) -> Option<Step> {
+        work: &mut SolverWork,
+    ) -> Option<CurveStep> {
         let (step, last) = (self.step, &self.last);
         let is_before = |h: f64| (self.predicted(h).abscissa - end) * (last.abscissa - end) > 0.0;
         let [low, _] = bisected([0.0, step], is_before);
@@ -420,7 +423,7 @@ impl Tracer {
             abscissa: end,
             ..self.predicted(low)
         };
-        let plane = self.at_one(end, predicted.u.len());
+        let plane = self.abscissa_plane(end, predicted.u.len());
         let newton = self.newton(over, end)?;
         let (found, _) = self.corrected(over, &plane, &predicted, last.mean, newton, work)?;
         let at = SolutionAt {
@@ -435,13 +438,13 @@ impl Tracer {
         }
         let asked: Vec<f64> = asked.iter().copied().filter(|at| *at != end).collect();
         let mut passed = self.passed_before(over, &next, false, &asked, work)?;
-        passed.push(Found {
+        passed.push(CurveSolution {
             solution: found,
             abscissa: end,
             length: next.length,
         });
         self.passed_length = next.length;
-        Some(Step {
+        Some(CurveStep {
             passed,
             reached: None,
             leaves: true,
@@ -455,33 +458,33 @@ impl Tracer {
         let before = self.before.as_ref();
         let before = before.filter(|b| b.mean == last.mean && b.u.len() == last.u.len());
         if let Some(before) = before {
-            return between(before, last, 1.0 + h / (last.length - before.length));
+            return interpolate(before, last, 1.0 + h / (last.length - before.length));
         }
-        last.ahead(h)
+        last.extrapolate(h)
     }
 
     /// Point at a solution of this motion, the one after the last.
     fn point(
         &self,
-        over: &dyn Over,
+        over: &dyn ContinuationParameter,
         at: SolutionAt<'_>,
         reached: Vec<f64>,
-        work: &mut Work,
-    ) -> Option<Point> {
+        work: &mut SolverWork,
+    ) -> Option<CurvePoint> {
         let last = &self.last;
-        let own = self.scales(&reached);
+        let scales = self.scales(&reached);
         // A step is measured by what the motion is in its middle, as its ends are by theirs.
         let middle = Scales {
-            motion: (own.motion * last.scales.motion).sqrt(),
-            ..own
+            motion: (scales.motion * last.scales.motion).sqrt(),
+            ..scales
         };
         let distance = middle.length(&last.change_to(&reached, at.abscissa));
         let measured = Measured {
             motion: reached,
-            scales: own,
+            scales,
             length: last.length + distance,
         };
         let ahead = Ahead::Along(last.tangent());
-        Point::at(self.solvers(over), at, measured, &ahead, work)
+        CurvePoint::new(self.solvers(over), at, measured, &ahead, work)
     }
 }

@@ -15,7 +15,7 @@
 //! outside of the range of values. eps is that of the first value along the whole curve.
 
 use super::gauge::motion;
-use super::over::{Over, Place, Use};
+use super::over::{ContinuationParameter, DerivativePoint, Use};
 use super::several::Several;
 use super::trace::Course;
 use crate::damping::Rayleigh;
@@ -25,8 +25,8 @@ use crate::dlft::gross_slip::free_slips_m;
 use crate::dlft::orbit::{linear_point, observed_amplitudes_m};
 use crate::dlft::point::FrequencySolver;
 use crate::dlft::retention::{Holding, Mean};
-use crate::dlft::sweep::{Run, SweepSettings};
-use crate::dlft::{LinearPoint, Response, SolvedFrequency, StaticState, Told};
+use crate::dlft::sweep::{SweepSettings, SweepSolvers};
+use crate::dlft::{LinearPoint, Response, SolvedFrequency, StaticState, SweepProgress};
 use crate::problem::Problem;
 use crate::problem::dynamic_stiffness::ContactSystem;
 use crate::problem::inexact::InexactModel;
@@ -108,7 +108,7 @@ pub fn follow_over(
     model_of: &ModelOf<'_>,
     settings: &SweepSettings,
     earlier: &[SolvedFrequency],
-    tell: &(dyn Fn(Told<'_>) + Sync),
+    tell: &(dyn Fn(SweepProgress<'_>) + Sync),
 ) -> Option<ValueCurve> {
     let first = model_of(*range.values.first()?)?;
     let settings = SweepSettings {
@@ -116,7 +116,7 @@ pub fn follow_over(
         ..settings.clone()
     };
     let (problem, damping, state) = (&first.problem, first.damping, &first.state);
-    let run = Run::new(problem, damping, state, &settings, earlier, tell);
+    let run = SweepSolvers::new(problem, damping, state, &settings, earlier, tell);
     let values = Values {
         run: &run,
         range: range.clone(),
@@ -162,10 +162,11 @@ impl ValueRange {
         self.values.iter().map(|v| self.abscissa(*v)).collect()
     }
 
-    /// Curve of a response over these values, such as that of [`so_far`](super::so_far).
+    /// Curve of a response over these values, such as that of
+    /// [`partial_response`](super::partial_response).
     pub fn curve(&self, response: Response) -> ValueCurve {
-        let all = 0..response.orbits.len();
-        let values = all.map(|i| self.value(response.abscissa(i))).collect();
+        let indices = 0..response.orbits.len();
+        let values = indices.map(|i| self.value(response.abscissa(i))).collect();
         let several = super::several::several(&response).into_iter();
         let several = several.map(|found: Several| SeveralAt {
             from: self.value(found.from),
@@ -186,7 +187,7 @@ impl ValueRange {
 /// Values of a curve, with what is the same at all of them.
 pub(crate) struct Values<'b> {
     /// Run of the first value: harmonics, samples, eps and solver are those of all values.
-    run: &'b Run<'b>,
+    run: &'b SweepSolvers<'b>,
     range: ValueRange,
     model_of: &'b ModelOf<'b>,
     first: Arc<ModelAt>,
@@ -200,7 +201,7 @@ impl Values<'_> {
     }
 
     /// Solvers about the static state of a model, with the harmonics, samples and eps of the run.
-    fn known(&self, model: Arc<ModelAt>) -> Known<'_> {
+    fn model_solvers(&self, model: Arc<ModelAt>) -> Known<'_> {
         let ModelAt {
             problem,
             damping,
@@ -215,12 +216,12 @@ impl Values<'_> {
         };
         let holding = match is_as_first && problem.excitations == first.excitations {
             true => Arc::clone(&lowest.holding),
-            false => Holding::of(problem).into(),
+            false => Holding::new(problem).into(),
         };
         let Setting { fourier, eps, .. } = &lowest.setting;
         let (fourier, eps) = (Arc::clone(fourier), Arc::clone(eps));
         let system = ContactSystem::new(problem, *damping).into();
-        let about = Setting::about(state, system, inexact, fourier, eps);
+        let about = Setting::new(state, system, inexact, fourier, eps);
         let mut setting = Setting {
             periods: lowest.setting.periods,
             slip_threshold_m: self.slip_threshold_m.unwrap_or(about.slip_threshold_m),
@@ -236,17 +237,17 @@ impl Values<'_> {
         Known {
             linear: ContactSystem::new(&linear, *damping),
             is_as_first,
-            refinement: of_run.like(&solver).into(),
+            refinement: of_run.rebuilt(&solver).into(),
             model,
         }
     }
 
     /// The value that is followed over in a step, whose models are dropped with it. `near` is the
     /// abscissa of a point of the curve from which the step begins.
-    pub(crate) fn over(&self, near: Option<f64>) -> impl Over {
-        OverValue {
+    pub(crate) fn parameter(&self, near: Option<f64>) -> impl ContinuationParameter {
+        ValueParameter {
             values: self,
-            course: Course::over(&self.abscissae()),
+            course: Course::spanning(&self.abscissae()),
             near,
             known: RefCell::default(),
         }
@@ -254,7 +255,7 @@ impl Values<'_> {
 }
 
 /// A value of the model, within one step of the follower.
-struct OverValue<'b> {
+struct ValueParameter<'b> {
     values: &'b Values<'b>,
     course: Course,
     /// Abscissa of the point from which a step begins.
@@ -263,7 +264,7 @@ struct OverValue<'b> {
 }
 
 /// Solvers or a balance at an abscissa close to that of a place.
-struct Beside<T> {
+struct Neighbouring<T> {
     abscissa: f64,
     found: T,
 }
@@ -277,9 +278,9 @@ struct Known<'b> {
     refinement: Arc<Refinement<'b>>,
 }
 
-impl OverValue<'_> {
+impl ValueParameter<'_> {
     /// Solvers at an abscissa; `None` outside of the range, and where there is no model.
-    fn known(&self, abscissa: f64) -> Option<Arc<Known<'_>>> {
+    fn solvers_at(&self, abscissa: f64) -> Option<Arc<Known<'_>>> {
         let Course { from, to } = self.course;
         if !(from.min(to)..=from.max(to)).contains(&abscissa) {
             return None;
@@ -291,36 +292,40 @@ impl OverValue<'_> {
         drop(known);
         let values = self.values;
         let model = (values.model_of)(values.range.value(abscissa));
-        let made = model.map(|model| Arc::new(values.known(model)));
+        let made = model.map(|model| Arc::new(values.model_solvers(model)));
         self.known.borrow_mut().push((abscissa, made.clone()));
         made
     }
 
     /// Solvers at two abscissae close to one, within the range, the greater one first; `None` where
     /// there are no two.
-    fn beside(&self, abscissa: f64) -> Option<[Beside<Arc<Known<'_>>>; 2]> {
+    fn neighbouring_solvers(&self, abscissa: f64) -> Option<[Neighbouring<Arc<Known<'_>>>; 2]> {
         let Course { from, to } = self.course;
         let by = DIFFERENCE * self.course.range();
         let [above, below] = [by, -by].map(|by| {
             let beside = (abscissa + by).clamp(from.min(to), from.max(to));
-            let own = |abscissa: f64| {
-                Some(Beside {
+            let neighbour = |abscissa: f64| {
+                Some(Neighbouring {
                     abscissa,
-                    found: self.known(abscissa)?,
+                    found: self.solvers_at(abscissa)?,
                 })
             };
-            own(beside).or_else(|| own(abscissa))
+            neighbour(beside).or_else(|| neighbour(abscissa))
         });
         let (above, below) = (above?, below?);
         (above.abscissa > below.abscissa).then_some([above, below])
     }
 
     /// Balances of a place beside an abscissa, with their own ones.
-    fn balances_beside(&self, place: Place<'_>, abscissa: f64) -> Option<[Beside<Balance>; 2]> {
+    fn balances_beside(
+        &self,
+        place: DerivativePoint<'_>,
+        abscissa: f64,
+    ) -> Option<[Neighbouring<Balance>; 2]> {
         let mean = place.balance.mean();
-        let [above, below] = self.beside(abscissa)?.map(|known| {
+        let [above, below] = self.neighbouring_solvers(abscissa)?.map(|known| {
             let solver = known.found.refinement.level(place.level);
-            Some(Beside {
+            Some(Neighbouring {
                 abscissa: known.abscissa,
                 found: solver.balance(self.values.range.frequency_hz, mean)?,
             })
@@ -355,15 +360,18 @@ fn rest_alike(one: &ModelAt, other: &ModelAt) -> bool {
 }
 
 /// Difference quotient of a vector that two balances have.
-fn quotient([above, below]: &[Beside<Balance>; 2], of: impl Fn(&Balance) -> Vec<f64>) -> Vec<f64> {
+fn quotient(
+    [above, below]: &[Neighbouring<Balance>; 2],
+    of: impl Fn(&Balance) -> Vec<f64>,
+) -> Vec<f64> {
     let by = above.abscissa - below.abscissa;
     let (a, b) = (of(&above.found), of(&below.found));
     a.iter().zip(&b).map(|(a, b)| (a - b) / by).collect()
 }
 
-impl Over for OverValue<'_> {
+impl ContinuationParameter for ValueParameter<'_> {
     fn refinement(&self, abscissa: f64) -> Option<Arc<Refinement<'_>>> {
-        Some(Arc::clone(&self.known(abscissa)?.refinement))
+        Some(Arc::clone(&self.solvers_at(abscissa)?.refinement))
     }
 
     fn frequency_hz(&self, _: f64) -> f64 {
@@ -372,7 +380,7 @@ impl Over for OverValue<'_> {
 
     fn linear_point(&self, abscissa: f64) -> LinearPoint {
         let frequency_hz = self.values.range.frequency_hz;
-        let Some(known) = self.known(abscissa) else {
+        let Some(known) = self.solvers_at(abscissa) else {
             return LinearPoint {
                 frequency_hz,
                 observed_amplitude: Vec::new(),
@@ -387,14 +395,19 @@ impl Over for OverValue<'_> {
         (end != abscissa).then_some(end)
     }
 
-    fn column(&self, place: Place<'_>, jacobian: &Jacobian, purpose: Use) -> Option<Vec<f64>> {
+    fn column(
+        &self,
+        place: DerivativePoint<'_>,
+        jacobian: &Jacobian,
+        purpose: Use,
+    ) -> Option<Vec<f64>> {
         // A model with other matrices than the first one is dear.
-        let is_dear = !self.known(place.abscissa)?.is_as_first;
+        let is_dear = !self.solvers_at(place.abscissa)?.is_as_first;
         let near = match purpose {
             Use::Correction if is_dear => self.near.unwrap_or(place.abscissa),
             Use::Correction | Use::Direction => place.abscissa,
         };
-        let [above, below] = self.beside(near)?;
+        let [above, below] = self.neighbouring_solvers(near)?;
         let alike = rest_alike(&above.found.model, &below.found.model);
         let beside = self.balances_beside(place, near)?;
         if alike {
@@ -407,21 +420,21 @@ impl Over for OverValue<'_> {
             };
             let slope = quotient(&beside, left);
             let n = place.balance.unknowns_per_block();
-            return Some(jacobian.less_contact_response(&slope, n));
+            return Some(jacobian.unbalanced_part(&slope, n));
         }
         Some(quotient(&beside, |balance| {
             balance.evaluate(place.u).residual
         }))
     }
 
-    fn motion_at(&self, place: Place<'_>, abscissa: f64) -> Option<Vec<f64>> {
-        let known = self.known(abscissa)?;
+    fn motion_at(&self, place: DerivativePoint<'_>, abscissa: f64) -> Option<Vec<f64>> {
+        let known = self.solvers_at(abscissa)?;
         let frequency_hz = self.values.range.frequency_hz;
         let balance = (known.refinement.level(place.level)).balance(frequency_hz, Mean::Free)?;
         Some(motion(&balance, place.u, frequency_hz))
     }
 
-    fn motion_slope(&self, place: Place<'_>) -> Option<Vec<f64>> {
+    fn motion_slope(&self, place: DerivativePoint<'_>) -> Option<Vec<f64>> {
         let beside = self.balances_beside(place, place.abscissa)?;
         let frequency_hz = self.values.range.frequency_hz;
         Some(quotient(&beside, |balance| {
@@ -429,7 +442,7 @@ impl Over for OverValue<'_> {
         }))
     }
 
-    fn amplitudes_near(&self, place: Place<'_>, u: &[f64], by: f64) -> Option<Vec<f64>> {
+    fn amplitudes_near(&self, place: DerivativePoint<'_>, u: &[f64], by: f64) -> Option<Vec<f64>> {
         let frequency_hz = self.values.range.frequency_hz;
         let of = |balance: &Balance, u: &[f64]| observed_amplitudes_m(balance, u, frequency_hz);
         let mut amplitudes = of(place.balance, u);

@@ -1,7 +1,7 @@
 //! Solution of one frequency along coefficients of friction that grow; each solution is a start of
 //! the next.
 
-use super::{FrequencySolver, GrowingFriction, Solution, Work};
+use super::{FrequencySolver, GrowingFriction, Solution, SolverWork};
 use crate::dlft::retention::Mean;
 
 /// Newton iterations allowed at each coefficient of friction on the way to a higher one. Where they
@@ -12,12 +12,12 @@ const LEAST_GROWTH: f64 = 1.2;
 impl FrequencySolver<'_> {
     /// Follows growing coefficients of friction, which grow by less where no solution is found. `None`
     /// where that does not help, or no coefficient is above the first.
-    pub(super) fn with_growing_friction(
+    pub(super) fn grow_friction(
         &self,
         friction: GrowingFriction,
         frequency_hz: f64,
         mean: Mean,
-        work: &mut Work,
+        work: &mut SolverWork,
     ) -> Option<Solution> {
         let GrowingFriction { from, mut growth } = friction;
         let pairs = self.setting.system.problem.laws.iter();

@@ -1,7 +1,7 @@
 //! Decision between a free and a retained mean ([`crate::dlft::retention`]) for the motion of a
 //! frequency, and the way from one to the other.
 
-use super::{FrequencySolver, Solution, Work};
+use super::{FrequencySolver, Solution, SolverWork};
 use crate::dlft::balance::Balance;
 use crate::dlft::pair_signals::Periods;
 use crate::dlft::retention::{Mean, Retention, may_have_walked_off};
@@ -18,7 +18,7 @@ const RELEASE_TOLERANCE: f64 = 1e-5;
 const RELEASE_ITERATIONS: usize = 15;
 
 /// A solution with the mean that it is to have.
-pub(super) enum Settled {
+pub(super) enum SettledMean {
     /// The motion.
     Answer(Solution),
     /// Friction holds the bodies, but far from where they are at rest.
@@ -29,43 +29,43 @@ pub(super) enum Settled {
 
 impl FrequencySolver<'_> {
     /// Decides between the free and the retained balance for a solution of either.
-    pub(super) fn with_its_mean(
+    pub(super) fn decide_mean(
         &self,
         frequency_hz: f64,
         solved: Solution,
-        work: &mut Work,
-    ) -> Settled {
+        work: &mut SolverWork,
+    ) -> SettledMean {
         if solved.balance.mean() == Mean::Retained {
             let released = (!self.must_be_retained())
-                .then(|| self.with_mean_released(frequency_hz, &solved, work))
+                .then(|| self.release_mean(frequency_hz, &solved, work))
                 .flatten();
-            return Settled::Answer(released.unwrap_or(solved));
+            return SettledMean::Answer(released.unwrap_or(solved));
         }
         let is_held = self.is_blocked_by_friction(&solved);
         match (self.walked_off(&solved.u), is_held) {
-            (false, true) => Settled::Answer(solved),
+            (false, true) => SettledMean::Answer(solved),
             (false, false) => {
-                let retained = self.with_mean_retained(frequency_hz, &solved, work);
-                Settled::Answer(retained.unwrap_or(solved))
+                let retained = self.retain_mean(frequency_hz, &solved, work);
+                SettledMean::Answer(retained.unwrap_or(solved))
             }
             // Friction holds bodies anywhere along a slot: one nearer to where they are at rest
             // comes first.
-            (true, true) => Settled::Far(solved),
-            (true, false) => Settled::Walks(solved),
+            (true, true) => SettledMean::Far(solved),
+            (true, false) => SettledMean::Walks(solved),
         }
     }
 
     /// Solution of a step along a curve with the mean that holds there; `None` where it has walked
     /// off.
-    pub(crate) fn on_curve(
+    pub(crate) fn curve_solution(
         &self,
         frequency_hz: f64,
         solved: Solution,
-        work: &mut Work,
+        work: &mut SolverWork,
     ) -> Option<Solution> {
-        match self.with_its_mean(frequency_hz, solved, work) {
-            Settled::Answer(solved) => Some(solved),
-            Settled::Far(_) | Settled::Walks(_) => None,
+        match self.decide_mean(frequency_hz, solved, work) {
+            SettledMean::Answer(solved) => Some(solved),
+            SettledMean::Far(_) | SettledMean::Walks(_) => None,
         }
     }
 
@@ -73,11 +73,11 @@ impl FrequencySolver<'_> {
     /// none is found. It is not looked for where they do not even hold them beside the spring: they
     /// would have to carry its force as well. The spring is removed at once. If that fails, it is
     /// softened in steps as long as the pairs hold the bodies.
-    fn with_mean_released(
+    fn release_mean(
         &self,
         frequency_hz: f64,
         retained: &Solution,
-        work: &mut Work,
+        work: &mut SolverWork,
     ) -> Option<Solution> {
         if !self.is_blocked_by_friction(retained) {
             return None;
@@ -123,11 +123,11 @@ impl FrequencySolver<'_> {
     }
 
     /// Retained motion beside a free one that friction does not hold; `None` where none is found.
-    fn with_mean_retained(
+    fn retain_mean(
         &self,
         frequency_hz: f64,
         free: &Solution,
-        work: &mut Work,
+        work: &mut SolverWork,
     ) -> Option<Solution> {
         let balance = self.balance(frequency_hz, Mean::Retained)?;
         let u = free.u.clone();
@@ -136,7 +136,7 @@ impl FrequencySolver<'_> {
             return None;
         }
         Some(
-            self.with_mean_released(frequency_hz, &retained, work)
+            self.release_mean(frequency_hz, &retained, work)
                 .unwrap_or(retained),
         )
     }

@@ -17,13 +17,18 @@ pub(crate) struct Neighbour {
 
 impl Neighbour {
     /// Neighbour of a frequency with a motion; `before` is the one before it.
-    pub(crate) fn of(orbit: &Orbit, before: Option<&Self>) -> Self {
+    pub(crate) fn from_orbit(orbit: &Orbit, before: Option<&Self>) -> Self {
         let u = orbit.x.clone();
-        Self::after(before, orbit.frequency_hz, u, orbit.mean)
+        Self::following(before, orbit.frequency_hz, u, orbit.mean)
     }
 
     /// Neighbour of a converged frequency; `last` is the one before it.
-    pub(crate) fn after(last: Option<&Self>, frequency_hz: f64, u: Vec<f64>, mean: Mean) -> Self {
+    pub(crate) fn following(
+        last: Option<&Self>,
+        frequency_hz: f64,
+        u: Vec<f64>,
+        mean: Mean,
+    ) -> Self {
         let slope = last.filter(|l| l.mean == mean).map(|l| {
             let step = frequency_hz - l.frequency_hz;
             let before = resized(&l.u, u.len());

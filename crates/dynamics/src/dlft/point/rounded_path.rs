@@ -1,7 +1,7 @@
 //! Solution of one frequency from the static state by rounded laws ([`crate::dlft::rounded`]); each
 //! solution is the start of the next sharper one.
 
-use super::{FrequencySolver, MOST_EXACT_UNKNOWNS, Method, Solution, Work, resized};
+use super::{FrequencySolver, MOST_EXACT_UNKNOWNS, Method, Solution, SolverWork, resized};
 use crate::dlft::dense::MOST_DENSE_UNKNOWNS;
 use crate::dlft::gross_slip::{GROSS_SLIP, free_slips_m, slides_past};
 use crate::dlft::pair_signals::Rounding;
@@ -58,11 +58,11 @@ impl FrequencySolver<'_> {
     ///
     /// The rounded laws have as many harmonics as exact corrections are cheap for; the law itself
     /// is then solved with more and more.
-    pub(super) fn with_rounded_laws(
+    pub(super) fn follow_rounded_laws(
         &self,
         frequency_hz: f64,
         mean: Mean,
-        work: &mut Work,
+        work: &mut SolverWork,
     ) -> Option<Solution> {
         let balance = self.balance(frequency_hz, mean)?;
         let n = self.setting.system.unknowns();
@@ -98,7 +98,7 @@ impl FrequencySolver<'_> {
 
 impl Path<'_> {
     /// Solves rounded laws, sharper and sharper, and the law itself.
-    fn sharpen(&mut self, work: &mut Work) {
+    fn sharpen(&mut self, work: &mut SolverWork) {
         if !self.solve(work) && self.softest < self.eps_scale {
             self.eps_scale = self.softest;
             self.solve(work);
@@ -123,7 +123,7 @@ impl Path<'_> {
     }
 
     /// Solves the law with eps raised to its full value, at once or in steps.
-    fn stiffen(&mut self, work: &mut Work) {
+    fn stiffen(&mut self, work: &mut SolverWork) {
         self.method = self.solver.stepping();
         let mut reached = self.eps_scale;
         let mut growth = 1.0 / reached;
@@ -140,7 +140,7 @@ impl Path<'_> {
     }
 
     /// Solves the law with more and more harmonics, up to the last number below all.
-    fn refine(&mut self, work: &mut Work) {
+    fn refine(&mut self, work: &mut SolverWork) {
         while self.harmonics < self.solver.setting.fourier.harmonics() {
             self.solve(work);
             self.harmonics = 2 * self.harmonics + 1;
@@ -149,13 +149,13 @@ impl Path<'_> {
 
     /// Solves the balance and moves to its solution; stays where none is found or the budget of the
     /// frequency is used up. Returns `true` if it is found.
-    fn solve(&mut self, work: &mut Work) -> bool {
+    fn solve(&mut self, work: &mut SolverWork) -> bool {
         if self.solver.budget_exhausted(work) {
             return false;
         }
         let setting = &self.solver.setting;
         let fourier = Fourier::new(self.harmonics, setting.fourier.samples());
-        let fewer = self.solver.with(&fourier.into(), &setting.eps);
+        let fewer = self.solver.with_resolution(&fourier.into(), &setting.eps);
         let Some(mut balance) = fewer.balance(self.frequency_hz, self.mean) else {
             return false;
         };

@@ -6,7 +6,7 @@ use dovetail_numerics::nonlinear::{NewtonEnd, NewtonStatus};
 
 /// Work done on one frequency, and the preconditioner, which is kept over frequencies.
 #[derive(Default)]
-pub(crate) struct Work {
+pub(crate) struct SolverWork {
     pub newton_iterations: usize,
     pub krylov_iterations: usize,
     /// Relative residual of each attempt, at its start and after each iteration.
@@ -16,20 +16,20 @@ pub(crate) struct Work {
     /// Time at which the frequency is given up.
     pub deadline: Deadline,
     /// Work on the finer balances that errors are estimated with; each keeps its preconditioner.
-    estimates: [Option<Box<Work>>; 2],
+    estimates: [Option<Box<SolverWork>>; 2],
 }
 
-impl Work {
+impl SolverWork {
     /// Resets the counts, for a frequency that is given up after `most_seconds`.
     pub(crate) fn start_counting(&mut self, most_seconds: Option<f64>) {
         (self.newton_iterations, self.krylov_iterations) = (0, 0);
         self.residuals.clear();
-        self.deadline = Deadline::after(most_seconds);
+        self.deadline = Deadline::new(most_seconds);
     }
 
     /// Work of the next estimate by the first or the second finer balance, which the counts of a
     /// frequency leave out.
-    pub(crate) fn of_estimate(&mut self, finer: usize) -> &mut Work {
+    pub(crate) fn estimate_work(&mut self, finer: usize) -> &mut SolverWork {
         let work = self.estimates[finer].get_or_insert_default();
         work.start_counting(None);
         work.deadline = self.deadline;
@@ -52,14 +52,14 @@ impl Solution {
 }
 
 /// U that a method begins at, and the evaluation of its balance there, if it is known.
-pub(super) struct Start {
+pub(super) struct MethodStart {
     pub(super) u: Vec<f64>,
     pub(super) known: Option<Evaluation>,
 }
 
-impl Start {
+impl MethodStart {
     /// Start at which nothing is evaluated yet.
-    pub(super) fn at(u: Vec<f64>) -> Self {
+    pub(super) fn new(u: Vec<f64>) -> Self {
         Self { u, known: None }
     }
 }

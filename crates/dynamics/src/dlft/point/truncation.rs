@@ -1,7 +1,7 @@
 //! Change of a motion by further harmonics, from which its error is estimated
 //! ([`crate::dlft::accuracy`]).
 
-use super::{FrequencySolver, Method, Neighbour, Solution, Strategy, Work, resized};
+use super::{FrequencySolver, Method, Neighbour, Solution, SolverWork, Strategy, resized};
 use crate::dlft::balance::{Balance, Evaluation, Jacobian, Setting};
 use crate::dlft::dense::exact_correction;
 use crate::dlft::newton_krylov::{load_scale, relative_residual, step_length};
@@ -12,7 +12,7 @@ const ESTIMATE_TOLERANCE: f64 = 0.05;
 
 /// Distance of the motion of a finer balance from that of a coarser one.
 #[non_exhaustive]
-pub(crate) struct Truncation {
+pub(crate) struct HarmonicTruncation {
     /// Motion of the finer balance.
     pub u: Vec<f64>,
     /// Change of each observed amplitude relative to the larger of both, or of the whole vibration,
@@ -20,9 +20,9 @@ pub(crate) struct Truncation {
     pub changes: Vec<f64>,
 }
 
-impl Truncation {
+impl HarmonicTruncation {
     /// Change from `u` to `v`, both of `balance`.
-    fn between(balance: &Balance, u: &[f64], v: Vec<f64>, frequency_hz: f64) -> Self {
+    fn difference(balance: &Balance, u: &[f64], v: Vec<f64>, frequency_hz: f64) -> Self {
         let [before, after] = [u, &v].map(|u| observed_amplitudes_m(balance, u, frequency_hz));
         let mut changes: Vec<f64> = before
             .iter()
@@ -64,7 +64,7 @@ struct Linearised {
 impl Linearised {
     /// Linearises a balance at U, or takes what is known of one with more harmonics and the same
     /// eps, where it has as many samples and nothing excites its further harmonics.
-    fn at(balance: &Balance, u: &[f64], finer: Option<Self>) -> Self {
+    fn new(balance: &Balance, u: &[f64], finer: Option<Self>) -> Self {
         let Setting {
             fourier, system, ..
         } = &balance.setting;
@@ -119,19 +119,19 @@ impl FrequencySolver<'_> {
         finer: &[&Self],
         coarse: &Solution,
         frequency_hz: f64,
-        work: &mut Work,
-    ) -> Vec<Truncation> {
+        work: &mut SolverWork,
+    ) -> Vec<HarmonicTruncation> {
         let mut linearised = None;
         let ascending = finer.iter().enumerate();
-        let mut found: Vec<Truncation> = ascending
+        let mut truncations: Vec<HarmonicTruncation> = ascending
             .rev()
             .map(|(i, finer)| {
-                let work = work.of_estimate(i);
+                let work = work.estimate_work(i);
                 finer.estimate_truncation(coarse, frequency_hz, work, &mut linearised)
             })
             .collect();
-        found.reverse();
-        found
+        truncations.reverse();
+        truncations
     }
 
     /// Like [`FrequencySolver::truncations`], but solves this balance instead of correcting
@@ -140,10 +140,10 @@ impl FrequencySolver<'_> {
         &self,
         coarse: &Solution,
         frequency_hz: f64,
-        work: &mut Work,
-    ) -> Truncation {
+        work: &mut SolverWork,
+    ) -> HarmonicTruncation {
         let u = resized(&coarse.u, self.unknowns());
-        let start = Neighbour::after(None, frequency_hz, u.clone(), coarse.balance.mean());
+        let start = Neighbour::following(None, frequency_hz, u.clone(), coarse.balance.mean());
         let strategies = [
             Strategy::FromNeighbour(Method::Exact),
             Strategy::InSharpness,
@@ -152,7 +152,7 @@ impl FrequencySolver<'_> {
         if !solved.is_converged() {
             return self.estimate_truncation(coarse, frequency_hz, work, &mut None);
         }
-        Truncation::between(&solved.balance, &u, solved.u, frequency_hz)
+        HarmonicTruncation::difference(&solved.balance, &u, solved.u, frequency_hz)
     }
 
     /// Corrects a solution with fewer harmonics by one Newton step of this balance. `linearised` is
@@ -161,28 +161,28 @@ impl FrequencySolver<'_> {
         &self,
         coarse: &Solution,
         frequency_hz: f64,
-        work: &mut Work,
+        work: &mut SolverWork,
         linearised: &mut Option<Linearised>,
-    ) -> Truncation {
+    ) -> HarmonicTruncation {
         let u = resized(&coarse.u, self.unknowns());
-        let with_its_eps = self.with(&self.setting.fourier, &coarse.balance.setting.eps);
+        let with_its_eps = self.with_resolution(&self.setting.fourier, &coarse.balance.setting.eps);
         let Some(balance) = with_its_eps.balance(frequency_hz, coarse.balance.mean()) else {
-            return Truncation::unknown(u, &coarse.balance);
+            return HarmonicTruncation::unknown(u, &coarse.balance);
         };
         let dx = match self.stepping() {
             Method::Exact => exact_correction(&balance, &u, self.newton),
             Method::Krylov(_) | Method::Dogleg => {
                 let known = linearised.take();
-                let known = linearised.insert(Linearised::at(&balance, &u, known));
+                let known = linearised.insert(Linearised::new(&balance, &u, known));
                 self.krylov_correction(&balance, known, work)
             }
         };
         work.newton_iterations += 1;
         let Some(dx) = dx else {
-            return Truncation::unknown(u, &balance);
+            return HarmonicTruncation::unknown(u, &balance);
         };
         let corrected: Vec<f64> = u.iter().zip(&dx).map(|(u, d)| u + d).collect();
-        Truncation::between(&balance, &u, corrected, frequency_hz)
+        HarmonicTruncation::difference(&balance, &u, corrected, frequency_hz)
     }
 
     /// Newton's correction where a balance is linearised, solved for loosely; `None` where it is not
@@ -191,7 +191,7 @@ impl FrequencySolver<'_> {
         &self,
         balance: &Balance,
         linearised: &Linearised,
-        work: &mut Work,
+        work: &mut SolverWork,
     ) -> Option<Vec<f64>> {
         let f = &linearised.evaluation.residual;
         let (n, tolerance) = (balance.unknowns_per_block(), self.newton.tolerance);

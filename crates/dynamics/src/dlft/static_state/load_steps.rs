@@ -21,7 +21,7 @@ const FRICTION_GROWTHS: [f64; 3] = [4.0, 10.0, 2.0];
 
 /// State from which the load is applied.
 #[derive(Debug, Clone, Copy)]
-pub(super) enum Start<'a> {
+pub(super) enum LoadStart<'a> {
     /// All relative displacements are zero.
     Unloaded,
     ClearancesClosed,
@@ -33,7 +33,7 @@ impl StaticSystem {
     /// Applies the load along the path. The way ends at a point at which nothing holds the bodies.
     pub(super) fn load_up(
         mut self,
-        start: Start<'_>,
+        start: LoadStart<'_>,
         path: &LoadPath,
         holding: &Holding,
         options: NewtonOptions,
@@ -41,9 +41,9 @@ impl StaticSystem {
         let n = self.eps.len();
         let mut forces = vec![[0.0; 3]; n / 3];
         let mut x = match start {
-            Start::Unloaded => vec![0.0; n],
-            Start::ClearancesClosed => with_clearances_closed(&self.problem, &self.eps),
-            Start::After(PairsAtRest { x, lambda }) => {
+            LoadStart::Unloaded => vec![0.0; n],
+            LoadStart::ClearancesClosed => close_clearances(&self.problem, &self.eps),
+            LoadStart::After(PairsAtRest { x, lambda }) => {
                 let carried = forces.iter_mut().zip(lambda.chunks_exact(3));
                 carried.for_each(|(force, lambda)| force.copy_from_slice(lambda));
                 x.to_vec()
@@ -90,7 +90,7 @@ impl StaticSystem {
                 on_path.push(x.clone());
                 let mut pairs = self.pairs(&x).into_iter();
                 let is_open = pairs.all(|pair| pair.state.contact == Contact::Open);
-                if is_open && norm(&self.load) > 0.0 && !holding.without_contact() {
+                if is_open && norm(&self.load) > 0.0 && !holding.is_held_without_contact() {
                     outcome = Some(Outcome::NothingHolds);
                     break;
                 }
@@ -125,7 +125,7 @@ fn force_scale_n(problem: &Problem, eps: &[f64], stations: &[Vec<f64>]) -> f64 {
 
 /// State with all clearances closed without any load along the flanks: X_T = -(K_TT + a little
 /// eps_T)^-1 K_TN X_N.
-fn with_clearances_closed(problem: &Problem, eps: &[f64]) -> Vec<f64> {
+fn close_clearances(problem: &Problem, eps: &[f64]) -> Vec<f64> {
     const GROUND: f64 = 1e-3;
     let k = &problem.reduced.stiffness;
     let n = k.nrows();
@@ -188,7 +188,7 @@ fn load_step(
             break;
         }
         let mut y = start.clone();
-        let last = with_growing_friction(system, &mut y, &full, growth, options);
+        let last = grow_friction(system, &mut y, &full, growth, options);
         system.most_friction = f64::INFINITY;
         end.iterations += last.iterations;
         if last.status == NewtonStatus::Converged {
@@ -204,7 +204,7 @@ fn load_step(
 
 /// Solves with the coefficients at most `FIRST_FRICTION`, then `growth` times that, and so on up to
 /// `full`. Ends at the first that does not converge.
-fn with_growing_friction(
+fn grow_friction(
     system: &mut StaticSystem,
     x: &mut [f64],
     full: &[f64],

@@ -1,7 +1,7 @@
 //! Equilibrium of one load step: its residual, its Jacobian, and the corrections of Newton's method.
 
 use crate::contact::coulomb::Contact;
-use crate::contact::{Instant, PairLaw, PredictedLaw, State};
+use crate::contact::{Instant, PairLaw, PairState, PredictedLaw};
 use crate::dlft::coarse::Coarse;
 use crate::dlft::linear_system::{LinearSystem, PairDerivatives};
 use crate::dlft::retention::Retention;
@@ -37,7 +37,7 @@ pub(super) struct StaticSystem {
     pub(super) most_friction: f64,
     /// State of each pair at the end of the last step ([`PredictedLaw::state_at_rest`]), from the
     /// first step on.
-    at_rest: Vec<State>,
+    at_rest: Vec<PairState>,
     /// Force that residuals of this step are relative to, N.
     pub(super) scale: f64,
     linear: LinearSystem,
@@ -107,17 +107,17 @@ impl StaticSystem {
     /// Each pair at `x`.
     pub(super) fn pairs(&mut self, x: &[f64]) -> Vec<Instant> {
         let lambda_u = self.lambda_u(x);
-        self.at(&lambda_u)
+        self.instants(&lambda_u)
     }
 
     /// Each pair under the predicted force.
-    fn at(&self, lambda_u: &[f64]) -> Vec<Instant> {
+    fn instants(&self, lambda_u: &[f64]) -> Vec<Instant> {
         let pairs = self.at_rest.iter().enumerate();
         pairs
             .map(|(pair, state)| {
                 let law = self.law(pair);
-                let own = [0, 1, 2].map(|c| lambda_u[3 * pair + c]);
-                law.evaluate(law.prediction(own), *state)
+                let pair_lambda_u = [0, 1, 2].map(|c| lambda_u[3 * pair + c]);
+                law.evaluate(law.prediction(pair_lambda_u), *state)
             })
             .collect()
     }
@@ -219,7 +219,7 @@ impl NonlinearSystem for StaticSystem {
     fn residual(&mut self, x: &[f64], f: &mut [f64]) {
         // f = K x + lambda - F = eps x - lambda_u + lambda.
         let lambda_u = self.lambda_u(x);
-        for (pair, instant) in self.at(&lambda_u).into_iter().enumerate() {
+        for (pair, instant) in self.instants(&lambda_u).into_iter().enumerate() {
             for (c, force) in instant.force.iter().enumerate() {
                 let i = 3 * pair + c;
                 f[i] = self.eps[i] * x[i] - lambda_u[i] + force;
@@ -323,7 +323,7 @@ mod tests {
             (mean == Mean::Retained).then(|| Retention::new(&problem.reduced.stiffness, &eps));
         assert!(retention.as_ref().is_none_or(Retention::is_needed));
         let mut system = StaticSystem::new(&problem, &inexact, &eps, retention.as_ref());
-        let state = |pair: &usize| State {
+        let state = |pair: &usize| PairState {
             contact: Contact::Stick,
             slid_n: [mixed(*pair, 7), mixed(*pair, 8)],
         };

@@ -12,7 +12,7 @@ const MARK_RESIDUALS: usize = 3;
 
 /// Response of the mass in front of its stop at so many frequencies, with one harmonic, and what an
 /// interrupted sweep keeps.
-fn of_mass(
+fn mass_response(
     problem: &Problem,
     range_hz: RangeInclusive<f64>,
     points: u32,
@@ -55,7 +55,7 @@ type Ends<'a> = &'a [(usize, Outcome)];
 fn what_failed_is_solved_from_the_other_side_where_there_is_a_motion() {
     use Outcome::{Converged, IterationLimit, SlidesTooFar, Stagnated};
     let problem = mass_with_a_stop(100.0);
-    let respond = |earlier: &[_]| of_mass(&problem, 0.1..=0.24, 8, |_| (), earlier);
+    let respond = |earlier: &[_]| mass_response(&problem, 0.1..=0.24, 8, |_| (), earlier);
     let (whole, records) = respond(&[]);
     // The halves meet between the frequencies 3 and 4. What failed, and which of that is solved.
     let cases: [(Ends<'_>, &[usize]); 8] = [
@@ -89,8 +89,11 @@ fn what_failed_is_solved_from_the_other_side_where_there_is_a_motion() {
             assert!(off.abs() < 1e-7, "{failed:?}: {point}: {off}");
             // The attempts of both ways, in their order.
             assert_eq!(orbit.newton_residuals[0].len(), MARK_RESIDUALS);
-            let own = orbit.newton_residuals[1..].iter().map(|r| r.len() - 1);
-            assert_eq!(orbit.newton_iterations, MARK + own.sum::<usize>());
+            let inner_iterations = orbit.newton_residuals[1..].iter().map(|r| r.len() - 1);
+            assert_eq!(
+                orbit.newton_iterations,
+                MARK + inner_iterations.sum::<usize>()
+            );
             assert_eq!(orbit.krylov_iterations, MARK);
         }
     }
@@ -116,8 +119,8 @@ fn of_two_motions_that_miss_the_accuracy_that_with_the_smaller_error_stays() {
     }
     // The motion that is kept counts the work of both.
     let problem = mass_with_a_stop(100.0);
-    let respond = |earlier: &[_]| of_mass(&problem, 0.1..=0.24, 8, |_| (), earlier).0;
-    let mut records = of_mass(&problem, 0.1..=0.24, 8, |_| (), &[]).1;
+    let respond = |earlier: &[_]| mass_response(&problem, 0.1..=0.24, 8, |_| (), earlier).0;
+    let mut records = mass_response(&problem, 0.1..=0.24, 8, |_| (), &[]).1;
     ended(&mut records[2], AccuracyNotReached);
     records[2].orbit.estimated_error = Some(-1.0);
     let orbit = &respond(&records).orbits[2];
@@ -129,7 +132,7 @@ fn of_two_motions_that_miss_the_accuracy_that_with_the_smaller_error_stays() {
 fn a_frequency_without_a_motion_leaves_the_slot_where_nothing_holds_the_mass_in_it() {
     let outcomes = |problem: &Problem, most_seconds: Option<f64>| {
         let change = |settings: &mut SweepSettings| settings.most_seconds = most_seconds;
-        let (response, _) = of_mass(problem, 0.1..=0.12, 2, change, &[]);
+        let (response, _) = mass_response(problem, 0.1..=0.12, 2, change, &[]);
         let outcomes = response.orbits.iter().map(|orbit| orbit.outcome);
         outcomes.collect::<Vec<_>>()
     };
@@ -142,7 +145,10 @@ fn a_frequency_without_a_motion_leaves_the_slot_where_nothing_holds_the_mass_in_
     problem.reduced_mut().static_load.on_x[0] = -1.0;
     assert_eq!(outcomes(&problem, Some(0.0)), [Outcome::TimeLimit; 2]);
     problem.reduced_mut().static_load.on_x[0] = -0.05;
-    assert_eq!(outcomes(&problem, Some(0.0)), [Outcome::LeavesSlot; 2]);
+    assert_eq!(
+        outcomes(&problem, Some(0.0)),
+        [Outcome::ExcitationExceedsPreload; 2]
+    );
 }
 
 #[test]
@@ -168,7 +174,7 @@ fn a_pair_slips_beyond_a_share_of_the_largest_static_slip_where_nothing_is_said(
     state.x = vec![0.0; 3];
     state.lambda = vec![-3.0, 0.0, 0.0];
     let system = ContactSystem::new(&problem, made_up::DAMPING);
-    let compression_m = 3.0 / settings.eps.of(&system, 0.0, 1)[0];
+    let compression_m = 3.0 / settings.eps.values(&system, 0.0, 1)[0];
     assert!((threshold_m(&settings, &state) / (1e-9 * compression_m) - 1.0).abs() < 1e-12);
     settings.slip_threshold_m = Some(0.25);
     assert_eq!(threshold_m(&settings, &state), 0.25);
@@ -181,7 +187,7 @@ fn the_linear_reference_has_the_harmonics_of_the_balance() {
     let change = |settings: &mut SweepSettings| {
         settings.resolution = Resolution::fixed(3, 32);
     };
-    let (response, _) = of_mass(&problem, 0.03..=0.04, 2, change, &[]);
+    let (response, _) = mass_response(&problem, 0.03..=0.04, 2, change, &[]);
     for linear in &response.linear {
         let expected = free_amplitude(3.0 * linear.frequency_hz);
         assert!((linear.observed_amplitude[0] / expected - 1.0).abs() < 1e-6);

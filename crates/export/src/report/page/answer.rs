@@ -18,7 +18,7 @@ const UNBALANCED: f64 = 1e-3;
 pub(super) fn answer(contents: &Contents<'_>) -> Markup {
     let summary = contents.summary;
     let Some(response) = &summary.response else {
-        return html! { section #answer { h2 { "Answer" } (without_response(contents)) } };
+        return html! { section #answer { h2 { "Answer" } (missing_response(contents)) } };
     };
     html! {
         section #answer {
@@ -33,10 +33,10 @@ pub(super) fn answer(contents: &Contents<'_>) -> Markup {
                             "at " (place(response, response.first.peak_frequency_hz))
                         },
                     ))
-                    (against_linear(response))
-                    (over_tractions(response))
+                    (linear_comparison(response))
+                    (traction_range(response))
                     (losses(&response.first))
-                    (at_a_pair(&response.first))
+                    (pair_card(&response.first))
                     (joint(response))
                 }
                 (observed_peaks(contents, response))
@@ -49,7 +49,7 @@ pub(super) fn answer(contents: &Contents<'_>) -> Markup {
     }
 }
 
-fn without_response(contents: &Contents<'_>) -> Markup {
+fn missing_response(contents: &Contents<'_>) -> Markup {
     html! {
         @match (contents.summary.state, &contents.summary.why) {
             (RunState::Failed, Some(why)) => p.warning { "The run failed: " (why) },
@@ -68,7 +68,7 @@ fn place(response: &ResponseSummary, frequency_hz: Option<f64>) -> String {
 }
 
 /// Comparison of the peak with the linear peak.
-fn against_linear(response: &ResponseSummary) -> Markup {
+fn linear_comparison(response: &ResponseSummary) -> Markup {
     let peak = &response.first;
     let Some((linear, [_, at_hz])) = peak.linear_words("m").zip(peak.linear()) else {
         return html! {};
@@ -114,7 +114,7 @@ fn observed_peaks(contents: &Contents<'_>, response: &ResponseSummary) -> Markup
 }
 
 /// Range of the peak over starting tractions.
-fn over_tractions(response: &ResponseSummary) -> Markup {
+fn traction_range(response: &ResponseSummary) -> Markup {
     let Some(range) = &response.traction_range else {
         return html! {};
     };
@@ -161,7 +161,7 @@ fn losses(peak: &ObservedPeak) -> Markup {
 }
 
 /// Card with the load of the most worn pairs: energy dissipated by friction and slid distance.
-fn at_a_pair(peak: &ObservedPeak) -> Markup {
+fn pair_card(peak: &ObservedPeak) -> Markup {
     let Some(slid_m) = peak.peak_largest_slid_m else {
         return html! {};
     };

@@ -7,7 +7,7 @@ use maud::{Markup, html};
 use super::super::Contents;
 use super::super::frame::table;
 use crate::manifest::BodySummary;
-use crate::words::{counted, figure, motion_of_sectors, or_dash, percent, quantity, vector};
+use crate::words::{counted, figure, motion_of_sectors, percent, quantity, text_or_dash, vector};
 use dovetail_mesh::ElementType;
 use dovetail_solver::contact::PairLaw;
 use dovetail_solver::damping::DampingSpec;
@@ -18,7 +18,7 @@ use dovetail_solver::model::{
     ExcitationSpec, FieldSource, Gap, LoadKind, LoadSpec, Model, Prestress, Sector, SpringSpec,
 };
 use dovetail_solver::reduced::DiscExcitation;
-use dovetail_solver::reduced::Quantity;
+use dovetail_solver::reduced::ObservedQuantity;
 
 pub(super) fn computed(contents: &Contents<'_>) -> Markup {
     html! {
@@ -61,7 +61,7 @@ fn assembly_words(contents: &Contents<'_>, assembly: &Assembly) -> Markup {
     let mesh = contents.summary.mesh.as_ref();
     let of = |body: &BodySpec, words: fn(&BodySummary) -> String| {
         let bodies = mesh.iter().flat_map(|mesh| &mesh.bodies);
-        or_dash(bodies.into_iter().find(|b| b.name == body.name), words)
+        text_or_dash(bodies.into_iter().find(|b| b.name == body.name), words)
     };
     html! {
         (table(
@@ -69,9 +69,9 @@ fn assembly_words(contents: &Contents<'_>, assembly: &Assembly) -> Markup {
             &assembly.bodies,
             &[
                 ("body", &|body| body.name.clone()),
-                ("Young's modulus", &|body| of(body, |b| or_dash(b.young_pa, |e| quantity(e, "Pa", 4)))),
-                ("Poisson's ratio", &|body| of(body, |b| or_dash(b.poisson, |nu| figure(nu, 3)))),
-                ("density", &|body| of(body, |b| or_dash(b.density_kg_m3, |rho| format!("{} kg/m³", figure(rho, 4))))),
+                ("Young's modulus", &|body| of(body, |b| text_or_dash(b.young_pa, |e| quantity(e, "Pa", 4)))),
+                ("Poisson's ratio", &|body| of(body, |b| text_or_dash(b.poisson, |nu| figure(nu, 3)))),
+                ("density", &|body| of(body, |b| text_or_dash(b.density_kg_m3, |rho| format!("{} kg/m³", figure(rho, 4))))),
                 ("mass", &|body| of(body, |b| format!("{} kg", figure(b.mass_kg, 4)))),
                 ("nodes", &|body| of(body, |b| b.nodes.to_string())),
                 ("elements", &|body| of(body, |b| b.elements.to_string())),
@@ -138,7 +138,7 @@ fn assembly_words(contents: &Contents<'_>, assembly: &Assembly) -> Markup {
             @for probe in &assembly.observations {
                 li {
                     (probe.name) " is the "
-                    @match probe.quantity { Quantity::Displacement => "displacement", Quantity::Strain => "strain" }
+                    @match probe.quantity { ObservedQuantity::Displacement => "displacement", ObservedQuantity::Strain => "strain" }
                     " of " code { (probe.points) } " along "
                     (vector(probe.direction, 3)) "."
                 }
@@ -149,8 +149,8 @@ fn assembly_words(contents: &Contents<'_>, assembly: &Assembly) -> Markup {
 
 /// Number of elements of each type: `6739 tetrahedra of 10 nodes`.
 fn elements(types: &BTreeMap<String, usize>) -> String {
-    let all = ElementType::ALL.iter();
-    let named = all.filter_map(|element| Some((types.get(&element.name())?, element)));
+    let element_types = ElementType::ALL.iter();
+    let named = element_types.filter_map(|element| Some((types.get(&element.name())?, element)));
     let words = named.map(|(n, e)| format!("{n} {} of {} nodes", e.shape.plural(), e.nodes()));
     words.collect::<Vec<_>>().join(", ")
 }
@@ -161,19 +161,19 @@ fn held(body: &BodySpec, model: Option<&Model>) -> String {
     let along =
         along.flat_map(|(groups, axis)| groups.iter().map(move |g| format!("{g} along {axis}")));
     let bodies = model.iter().flat_map(|model| &model.bodies);
-    let own = bodies.filter(|b| b.name == body.name && !b.springs.is_empty());
-    let springs = own.map(|_| "springs".to_owned());
-    let all: Vec<String> = body
+    let sprung_bodies = bodies.filter(|b| b.name == body.name && !b.springs.is_empty());
+    let springs = sprung_bodies.map(|_| "springs".to_owned());
+    let supports: Vec<String> = body
         .fixed
         .iter()
         .cloned()
         .chain(along)
         .chain(springs)
         .collect();
-    if all.is_empty() {
+    if supports.is_empty() {
         "contacts".to_owned()
     } else {
-        all.join(", ")
+        supports.join(", ")
     }
 }
 

@@ -5,7 +5,7 @@ use maud::{Markup, html};
 use super::super::Contents;
 use super::super::frame::table;
 use crate::manifest::ResponseSummary;
-use crate::words::{figure, or_dash, percent, quantity, short};
+use crate::words::{figure, percent, quantity, short, text_or_dash};
 use dovetail_solver::description::EngineOrder;
 use dovetail_solver::dlft::Orbit;
 use dovetail_solver::results::quantities::phasors;
@@ -64,7 +64,7 @@ pub(super) fn response(contents: &Contents<'_>) -> Markup {
             h3 { "Phase lag of the first harmonic behind the force" }
             div #phase .chart {}
             @if !summary.peaks.is_empty() { (peaks(summary)) }
-            @if let Some(orbit) = contents.at_peak() { (harmonics(contents, orbit)) }
+            @if let Some(orbit) = contents.peak_orbit() { (harmonics(contents, orbit)) }
         }
     }
 }
@@ -80,7 +80,7 @@ fn run_up(summary: &ResponseSummary) -> Option<String> {
 }
 
 fn peaks(summary: &ResponseSummary) -> Markup {
-    let number = |v: Option<f64>| or_dash(v, |v| figure(v, 3));
+    let number = |v: Option<f64>| text_or_dash(v, |v| figure(v, 3));
     html! {
         h3 { "Peaks" }
         (table(
@@ -92,7 +92,7 @@ fn peaks(summary: &ResponseSummary) -> Markup {
                 ("loss factor", &|peak| number(peak.loss_factor)),
                 ("Q", &|peak| number(peak.quality_factor)),
                 ("equivalent damping ratio", &|peak| {
-                    or_dash(peak.loss_factor, |loss| percent(0.5 * loss, 3))
+                    text_or_dash(peak.loss_factor, |loss| percent(0.5 * loss, 3))
                 }),
             ],
         ))

@@ -5,8 +5,8 @@ use maud::{Markup, PreEscaped, html};
 use super::super::Contents;
 use super::super::frame::table;
 use crate::manifest::{PlaceSummary, RankedBy, StressSummary};
-use crate::plots::{Haigh, Heading, haigh_svg};
-use crate::words::{figure, or_dash, percent, quantity};
+use crate::plots::{Haigh, PictureHeading, haigh_svg};
+use crate::words::{figure, percent, quantity, text_or_dash};
 use dovetail_solver::results::stress::Singular;
 
 /// Change of a stress with the number of modes above which the report points it out.
@@ -18,11 +18,11 @@ pub(super) fn stress(contents: &Contents<'_>) -> Markup {
     else {
         return html! {};
     };
-    let heading = Heading {
+    let heading = PictureHeading {
         title: "Haigh diagram of the peak",
         conditions: contents.conditions,
     };
-    let haigh = haigh_svg(heading, &Haigh::of(model, stress));
+    let haigh = haigh_svg(heading, &Haigh::new(model, stress));
     html! {
         section #stress {
             h2 { "Stress at the peak" }
@@ -97,7 +97,7 @@ fn places(places: &[PlaceSummary], singular: bool) -> Markup {
             ("amplitude", &|(_, p)| mpa(p.amplitude_pa)),
             ("largest", &|(_, p)| mpa(p.largest_pa)),
             ("use of the strength", &|(_, p)| {
-                or_dash(p.utilisation, |u| percent(u, 3))
+                text_or_dash(p.utilisation, |u| percent(u, 3))
             }),
         ],
     )

@@ -5,18 +5,18 @@ use std::rc::Rc;
 
 use super::super::collapse;
 use super::super::content::{Content, FileMaterial};
-use super::lines::Files;
-use super::read::{Deck, Material};
-use super::resolve::{Model, What, and_more};
-use super::scope::{Section, Surface, SurfaceLine, SurfaceOf, key};
-use super::types::{self, Kind};
+use super::lines::DeckFiles;
+use super::read::{Deck, DeckMaterial};
+use super::resolve::{DeckModel, What, omitted_count_text};
+use super::scope::{DeckSection, DeckSurface, SurfaceLine, SurfaceOf, key};
+use super::types::{self, DeckElementKind};
 use crate::element::{ElementType, facet_corners, sorted_corners};
 use crate::text;
 use crate::{Group, MeshError};
 
 /// Position of an element of the deck in the content.
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum At {
+enum ElementPosition {
     Solid(u32),
     Facet(u32),
     Line,
@@ -54,9 +54,9 @@ impl Origin {
 ///
 /// # Errors
 /// Sets, surfaces and sections that name what is not there.
-pub(super) fn assemble(deck: &Deck, files: &Files) -> Result<Content, MeshError> {
-    let mut assembly = Assembly {
-        model: Model::new(deck, files)?,
+pub(super) fn assemble(deck: &Deck, files: &DeckFiles) -> Result<Content, MeshError> {
+    let mut assembly = ContentBuilder {
+        model: DeckModel::new(deck, files)?,
         content: Content {
             remarks: deck.remarks.clone(),
             ..Content::default()
@@ -79,11 +79,11 @@ pub(super) fn assemble(deck: &Deck, files: &Files) -> Result<Content, MeshError>
 /// Name as it is shown, and groups by their origin.
 type Found = (String, BTreeMap<Origin, Group>);
 
-struct Assembly<'a> {
-    model: Model<'a>,
+struct ContentBuilder<'a> {
+    model: DeckModel<'a>,
     content: Content,
     /// Position of each element of the model.
-    places: Vec<At>,
+    places: Vec<ElementPosition>,
     /// Nodes in the deck of solids that name a node more than once, by their position.
     collapsed: HashMap<u32, Vec<u32>>,
     /// Groups by the key of their names.
@@ -92,7 +92,7 @@ struct Assembly<'a> {
     face_counts: Option<Rc<HashMap<[u32; 4], u32>>>,
 }
 
-impl Assembly<'_> {
+impl ContentBuilder<'_> {
     fn nodes(&mut self) {
         for (scope, _) in self.model.scopes() {
             let placed = scope.nodes.iter().map(|at| scope.placement.apply(*at));
@@ -111,29 +111,29 @@ impl Assembly<'_> {
         let elements = scopes.flat_map(|(scope, _)| &scope.elements);
         for (nodes, element) in self.model.elements.iter().zip(elements) {
             let tag = element.label;
-            let at = |error| self.model.at(element.place, "*ELEMENT", error);
+            let at = |error| self.model.locate_error(element.place, "*ELEMENT", error);
             let content = &mut self.content;
             self.places.push(match element.kind {
-                Kind::Solid(_) => {
+                DeckElementKind::Solid(_) => {
                     let index = content.elements.len() as u32;
                     let kept = collapse::solid(tag, nodes, &content.node_tags).map_err(at)?;
                     if kept.len() < nodes.len() {
                         self.collapsed.insert(index, nodes.to_vec());
                     }
                     content.elements.push(tag, kept.iter().copied());
-                    At::Solid(index)
+                    ElementPosition::Solid(index)
                 }
-                Kind::Facet(_) => {
+                DeckElementKind::Facet(_) => {
                     let index = content.facets.len() as u32;
                     let kept = collapse::facet(tag, nodes, &content.node_tags).map_err(at)?;
                     content.facets.push(tag, kept.iter().copied());
-                    At::Facet(index)
+                    ElementPosition::Facet(index)
                 }
-                Kind::Line(_) => {
+                DeckElementKind::Line(_) => {
                     content.other_nodes.extend(nodes);
-                    At::Line
+                    ElementPosition::Line
                 }
-                Kind::Aside => At::Aside,
+                DeckElementKind::Aside => ElementPosition::Aside,
             });
         }
         Ok(())
@@ -170,9 +170,9 @@ impl Assembly<'_> {
                 _ => name.to_owned(),
             };
             if number > 0 {
-                let all = first_element..first_element + scope.elements.len() as u32;
-                let all: Vec<u32> = all.collect();
-                self.element_groups(&scope.name, &all, Origin::Instance);
+                let range = first_element..first_element + scope.elements.len() as u32;
+                let elements: Vec<u32> = range.collect();
+                self.element_groups(&scope.name, &elements, Origin::Instance);
             }
             for set in scope.elsets.values().filter(|set| !set.internal) {
                 let elements = self.model.set(What::Elements, number, &set.name)?;
@@ -185,7 +185,7 @@ impl Assembly<'_> {
                     SurfaceOf::Nodes => self.node_surface(&name, number, surface, &lines),
                     SurfaceOf::Faces => self.surface(&name, number, surface, &lines),
                 };
-                result.map_err(|e| self.model.at(surface.place, "*SURFACE", e))?;
+                result.map_err(|e| self.model.locate_error(surface.place, "*SURFACE", e))?;
             }
             for set in scope.nsets.values().filter(|set| !set.internal) {
                 let nodes = self.model.set(What::Nodes, number, &set.name)?;
@@ -212,14 +212,14 @@ impl Assembly<'_> {
         ];
         for element in elements {
             let (slot, index) = match self.places[*element as usize] {
-                At::Solid(index) => (0, Some(index)),
-                At::Facet(index) => (1, Some(index)),
-                At::Line => (2, None),
-                At::Aside => continue,
+                ElementPosition::Solid(index) => (0, Some(index)),
+                ElementPosition::Facet(index) => (1, Some(index)),
+                ElementPosition::Line => (2, None),
+                ElementPosition::Aside => continue,
             };
             let (_, group) = &mut groups[slot];
             group.elements.extend(index);
-            let nodes = self.model.elements.of(*element as usize);
+            let nodes = self.model.elements.element_nodes(*element as usize);
             group.nodes.extend(nodes);
         }
         for (origin, group) in groups {
@@ -240,7 +240,7 @@ impl Assembly<'_> {
         &mut self,
         name: &str,
         scope: usize,
-        surface: &Surface,
+        surface: &DeckSurface,
         lines: &[&SurfaceLine],
     ) -> Result<(), MeshError> {
         let mut nodes = Vec::new();
@@ -258,7 +258,7 @@ impl Assembly<'_> {
         &mut self,
         name: &str,
         scope: usize,
-        surface: &Surface,
+        surface: &DeckSurface,
         lines: &[&SurfaceLine],
     ) -> Result<(), MeshError> {
         let mut faces = BTreeSet::new();
@@ -269,13 +269,13 @@ impl Assembly<'_> {
             let elements = self.model.target(What::Elements, scope, target, surface)?;
             for element in elements.iter() {
                 match self.places[*element as usize] {
-                    At::Solid(index) => self.faces(index, line, &mut faces)?,
-                    At::Facet(index) => match line.face.as_deref() {
+                    ElementPosition::Solid(index) => self.faces(index, line, &mut faces)?,
+                    ElementPosition::Facet(index) => match line.face.as_deref() {
                         None | Some("SPOS") => group.elements.push(index),
-                        Some("SNEG") => group.elements.push(self.turned(index)),
+                        Some("SNEG") => group.elements.push(self.add_flipped_facet(index)),
                         Some(_) => edges += 1,
                     },
-                    At::Line | At::Aside => edges += 1,
+                    ElementPosition::Line | ElementPosition::Aside => edges += 1,
                 }
             }
         }
@@ -287,7 +287,9 @@ impl Assembly<'_> {
             self.content.facets.push(tag, nodes);
         }
         for facet in &group.elements {
-            group.nodes.extend(self.content.facets.of(*facet as usize));
+            group
+                .nodes
+                .extend(self.content.facets.element_nodes(*facet as usize));
         }
         if edges > 0 {
             self.content.remarks.push(format!(
@@ -301,8 +303,8 @@ impl Assembly<'_> {
     }
 
     /// Adds a facet that faces the other way and returns its number.
-    fn turned(&mut self, facet: u32) -> u32 {
-        let nodes = self.content.facets.of(facet as usize);
+    fn add_flipped_facet(&mut self, facet: u32) -> u32 {
+        let nodes = self.content.facets.element_nodes(facet as usize);
         let (corners, middles) = nodes.split_at(facet_corners(nodes.len()));
         let reversed = corners[..1].iter().chain(corners[1..].iter().rev());
         let reversed: Vec<u32> = reversed.chain(middles.iter().rev()).copied().collect();
@@ -328,7 +330,7 @@ impl Assembly<'_> {
         };
         let (element, nodes) = self.content.elements.solid(solid as usize);
         let in_deck = self.collapsed.get(&solid);
-        let of_deck = in_deck.and_then(|nodes| ElementType::with_nodes(nodes.len()));
+        let of_deck = in_deck.and_then(|nodes| ElementType::from_node_count(nodes.len()));
         let faces = of_deck.unwrap_or(element).shape.faces();
         let number = label
             .strip_prefix(['S', 'P'])
@@ -344,8 +346,8 @@ impl Assembly<'_> {
                 corners.dedup();
                 // A face that has shrunk to an edge or a point is left out.
                 let wanted = sorted_corners(&corners);
-                let found = element.sorted_faces(nodes).find(|(_, f)| *f == wanted);
-                out.extend(found.map(|(f, _)| (solid, f)));
+                let face = element.sorted_faces(nodes).find(|(_, f)| *f == wanted);
+                out.extend(face.map(|(f, _)| (solid, f)));
                 Ok(())
             }
             _ => Err(MeshError::FaceLabel {
@@ -372,8 +374,8 @@ impl Assembly<'_> {
     }
 
     /// Section of each solid. The last section of an element counts, as in CalculiX.
-    fn sections(&mut self, deck: &Deck) -> Result<Vec<Option<&Section>>, MeshError> {
-        let mut section_of: Vec<Option<&Section>> = vec![None; self.content.elements.len()];
+    fn sections(&mut self, deck: &Deck) -> Result<Vec<Option<&DeckSection>>, MeshError> {
+        let mut section_of: Vec<Option<&DeckSection>> = vec![None; self.content.elements.len()];
         let (mut changed, mut unknown) = (Vec::new(), Vec::new());
         let scopes: Vec<_> = self.model.scopes().collect();
         let sections = scopes.into_iter().enumerate();
@@ -381,14 +383,21 @@ impl Assembly<'_> {
             sections.flat_map(|(n, (scope, _))| scope.sections.iter().map(move |s| (n, s)));
         for (number, section) in sections {
             let result = self.model.set(What::Elements, number, &section.set);
-            let elements = result.map_err(|e| self.model.at(section.place, "*SOLID SECTION", e))?;
-            let shown = |s: &Section| format!("`{}` ({})", s.material, self.model.shown(s.place));
+            let elements =
+                result.map_err(|e| self.model.locate_error(section.place, "*SOLID SECTION", e))?;
+            let shown = |s: &DeckSection| {
+                format!(
+                    "`{}` ({})",
+                    s.material,
+                    self.model.message_position(s.place)
+                )
+            };
             if deck.material(&section.material).is_none() {
                 unknown.push(shown(section));
             }
             let mut others = Vec::new();
             for element in elements.iter() {
-                let At::Solid(index) = self.places[*element as usize] else {
+                let ElementPosition::Solid(index) = self.places[*element as usize] else {
                     continue;
                 };
                 let before = section_of[index as usize].replace(section);
@@ -397,7 +406,7 @@ impl Assembly<'_> {
             }
             if let Some((index, other)) = others.first() {
                 let tag = self.content.elements.tags()[*index as usize];
-                let more = and_more(others.len() - 1);
+                let more = omitted_count_text(others.len() - 1);
                 changed.push(format!(
                     "{tag}{more} from {} to {}",
                     shown(other),
@@ -434,9 +443,9 @@ impl Assembly<'_> {
             };
             let place = *places.entry(key(&name)).or_insert_with(|| {
                 let known = deck.material(&name).cloned();
-                let known = known.unwrap_or_else(|| Material {
+                let known = known.unwrap_or_else(|| DeckMaterial {
                     name,
-                    ..Material::default()
+                    ..DeckMaterial::default()
                 });
                 materials.push(FileMaterial {
                     name: known.name,
@@ -521,7 +530,7 @@ impl Assembly<'_> {
             }
         }
         self.content.name_all();
-        self.content.keep_what_solids_have()?;
+        self.content.drop_unused()?;
         Ok(self.content)
     }
 }

@@ -30,7 +30,7 @@ pub(super) struct LeftAside {
 impl LeftAside {
     /// Remarks, one sentence or two each.
     pub fn sentences(&self) -> impl Iterator<Item = String> {
-        let all = [
+        let remarks = [
             (
                 "These lines follow no keyword and were not read",
                 &self.without_keyword,
@@ -44,7 +44,7 @@ impl LeftAside {
             (
                 "These keywords were not read",
                 &self.keywords,
-                self.in_the_scene(),
+                self.scene_hint(),
             ),
             (
                 "These parameters were not read",
@@ -82,13 +82,14 @@ impl LeftAside {
                 " Correct the type if it is wrong.".to_owned(),
             ),
         ];
-        all.into_iter()
+        remarks
+            .into_iter()
             .filter(|(_, list, _)| !list.is_empty())
             .map(|(sentence, list, hint)| format!("{sentence}: {}.{hint}", text::list(list)))
     }
 
     /// Hint at the keys of a scene that replace keywords.
-    fn in_the_scene(&self) -> String {
+    fn scene_hint(&self) -> String {
         const OF_THE_SCENE: [&str; 5] = ["*BOUNDARY", "*CONTACT PAIR", "*DLOAD", "*CLOAD", "*STEP"];
         let has = |word: &str| self.keywords.iter().any(|keyword| keyword == word);
         let mut hint = String::new();

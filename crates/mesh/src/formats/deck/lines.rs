@@ -9,9 +9,9 @@ const DEEPEST: usize = 20;
 /// Most files included.
 const MOST_FILES: usize = 2000;
 
-/// Position of a line: number of the file in [`Files`] (the deck is 0), and of the line.
+/// Position of a line: number of the file in [`DeckFiles`] (the deck is 0), and of the line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub(super) struct Place {
+pub(super) struct LinePosition {
     pub file: usize,
     pub line: usize,
 }
@@ -25,14 +25,14 @@ pub(super) struct Keyword {
     pub shown: String,
     /// Names, in capital letters without blanks, and values of the parameters.
     pub parameters: Vec<(String, String)>,
-    pub place: Place,
+    pub place: LinePosition,
 }
 
 impl Keyword {
     /// Value of a parameter, empty where it has none.
     pub fn get(&self, name: &str) -> Option<&str> {
-        let found = self.parameters.iter().find(|(key, _)| key == name);
-        found.map(|(_, value)| value.as_str())
+        let parameter = self.parameters.iter().find(|(key, _)| key == name);
+        parameter.map(|(_, value)| value.as_str())
     }
 
     pub fn has(&self, name: &str) -> bool {
@@ -49,24 +49,24 @@ impl Keyword {
     }
 }
 
-pub(super) enum Line {
+pub(super) enum DeckLine {
     Keyword(Keyword),
     Data(String),
 }
 
-struct Source<'a> {
+struct LineSource<'a> {
     bytes: Cow<'a, [u8]>,
     at: usize,
-    place: Place,
+    place: LinePosition,
 }
 
-impl<'a> Source<'a> {
+impl<'a> LineSource<'a> {
     /// Beginning of file number `file`.
     fn new(bytes: impl Into<Cow<'a, [u8]>>, file: usize) -> Self {
         Self {
             bytes: bytes.into(),
             at: 0,
-            place: Place { file, line: 0 },
+            place: LinePosition { file, line: 0 },
         }
     }
 
@@ -82,15 +82,15 @@ impl<'a> Source<'a> {
 }
 
 /// Names of the files that were read; the deck has none.
-pub(super) struct Files(Vec<String>);
+pub(super) struct DeckFiles(Vec<String>);
 
-impl Files {
+impl DeckFiles {
     /// Adds the place and the keyword to an error.
-    pub fn at(&self, place: Place, keyword: &str, error: MeshError) -> MeshError {
+    pub fn locate_error(&self, place: LinePosition, keyword: &str, error: MeshError) -> MeshError {
         if matches!(error, MeshError::Deck { .. }) {
             return error;
         }
-        let mut place = self.shown(place);
+        let mut place = self.message_position(place);
         if !keyword.is_empty() {
             place += ", ";
             place += keyword;
@@ -102,7 +102,7 @@ impl Files {
     }
 
     /// Place in the form of a message.
-    pub fn shown(&self, place: Place) -> String {
+    pub fn message_position(&self, place: LinePosition) -> String {
         let line = place.line;
         match self.0.get(place.file).map_or("", String::as_str) {
             "" => format!("line {line}"),
@@ -112,18 +112,18 @@ impl Files {
 }
 
 /// All lines of a deck.
-pub(super) struct Lines<'a> {
-    sources: Vec<Source<'a>>,
+pub(super) struct DeckLines<'a> {
+    sources: Vec<LineSource<'a>>,
     /// Files that were opened.
-    pub files: Files,
+    pub files: DeckFiles,
     /// Line that was read and not yet used.
-    kept: Option<(Place, String)>,
+    kept: Option<(LinePosition, String)>,
     include: &'a mut dyn FnMut(&str) -> Result<Vec<u8>, MeshError>,
     /// Returns `true` if a line continues a keyword line.
     continues: fn(&str, &str) -> bool,
 }
 
-impl<'a> Lines<'a> {
+impl<'a> DeckLines<'a> {
     pub fn new(
         bytes: &'a [u8],
         include: &'a mut dyn FnMut(&str) -> Result<Vec<u8>, MeshError>,
@@ -131,8 +131,8 @@ impl<'a> Lines<'a> {
     ) -> Self {
         let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
         Self {
-            sources: vec![Source::new(bytes, 0)],
-            files: Files(vec![String::new()]),
+            sources: vec![LineSource::new(bytes, 0)],
+            files: DeckFiles(vec![String::new()]),
             kept: None,
             include,
             continues,
@@ -149,13 +149,14 @@ impl<'a> Lines<'a> {
             return Err(MeshError::IncludeCircle { file });
         }
         let bytes = (self.include)(name)?;
-        self.sources.push(Source::new(bytes, self.files.0.len()));
+        self.sources
+            .push(LineSource::new(bytes, self.files.0.len()));
         self.files.0.push(name.to_owned());
         Ok(())
     }
 
     /// Next line that is neither empty nor a comment, without blanks around it.
-    fn raw(&mut self) -> Option<(Place, String)> {
+    fn raw(&mut self) -> Option<(LinePosition, String)> {
         if let Some(kept) = self.kept.take() {
             return Some(kept);
         }
@@ -178,10 +179,10 @@ impl<'a> Lines<'a> {
 
     /// Next line, and its place. A keyword line that ends with a comma goes on in the next line if
     /// that line has nothing but parameters, as in Abaqus; CalculiX has no such lines.
-    pub fn next(&mut self) -> Option<(Place, Line)> {
+    pub fn next(&mut self) -> Option<(LinePosition, DeckLine)> {
         let (place, mut text) = self.raw()?;
         if !text.starts_with('*') {
-            return Some((place, Line::Data(text)));
+            return Some((place, DeckLine::Data(text)));
         }
         while text.ends_with(',') {
             match self.raw() {
@@ -192,26 +193,26 @@ impl<'a> Lines<'a> {
                 }
             }
         }
-        Some((place, Line::Keyword(keyword(&text, place))))
+        Some((place, DeckLine::Keyword(keyword(&text, place))))
     }
 }
 
 /// Text in capital letters without blanks, by which names of keywords and parameters are compared.
-pub(super) fn bare(text: &str) -> String {
+pub(super) fn normalised_name(text: &str) -> String {
     let letters = text.chars().filter(|c| !c.is_whitespace());
     letters.collect::<String>().to_ascii_uppercase()
 }
 
-fn keyword(text: &str, place: Place) -> Keyword {
+fn keyword(text: &str, place: LinePosition) -> Keyword {
     let mut fields = fields(text);
     let name = fields.next().unwrap_or_default();
     let words: Vec<&str> = name.split_whitespace().collect();
     let parameters = fields.filter(|field| !field.is_empty()).map(|field| {
         let (key, value) = field.split_once('=').unwrap_or((field, ""));
-        (bare(key), unquoted(value).to_owned())
+        (normalised_name(key), unquoted(value).to_owned())
     });
     Keyword {
-        name: bare(name.trim_start_matches('*')),
+        name: normalised_name(name.trim_start_matches('*')),
         shown: words.join(" ").to_uppercase(),
         parameters: parameters.collect(),
         place,

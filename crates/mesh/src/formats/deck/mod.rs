@@ -56,7 +56,7 @@ pub fn parse(
     bytes: &[u8],
     include: &mut dyn FnMut(&str) -> Result<Vec<u8>, MeshError>,
 ) -> Result<Content, MeshError> {
-    let mut lines = lines::Lines::new(bytes, include, vocabulary::continues);
+    let mut lines = lines::DeckLines::new(bytes, include, vocabulary::continues);
     let deck = read::read(&mut lines)?;
     assemble::assemble(&deck, &lines.files)
 }

@@ -6,14 +6,16 @@ use std::collections::HashSet;
 use dovetail_numerics::space::{sub, unit};
 
 use super::left_aside::LeftAside;
-use super::lines::{Keyword, Line, Lines, Place, fields, label, number, unquoted};
-use super::scope::{Placement, Scope, Section, SurfaceLine, SurfaceOf, Turn, block, key};
-use super::types::{Kind, kind};
+use super::lines::{DeckLine, DeckLines, Keyword, LinePosition, fields, label, number, unquoted};
+use super::scope::{
+    DeckSection, InstancePlacement, InstanceTurn, Scope, SurfaceLine, SurfaceOf, block, key,
+};
+use super::types::{DeckElementKind, kind};
 use super::vocabulary::{self, Understood};
 use crate::MeshError;
 
 #[derive(Debug, Clone, Default)]
-pub(super) struct Material {
+pub(super) struct DeckMaterial {
     pub name: String,
     pub young: Option<f64>,
     pub poisson: Option<f64>,
@@ -27,7 +29,7 @@ pub(super) struct Deck {
     pub root: Scope,
     pub parts: Vec<Scope>,
     pub instances: Vec<Scope>,
-    pub materials: Vec<Material>,
+    pub materials: Vec<DeckMaterial>,
     /// Types of elements that are neither solids nor facets.
     pub other_types: Vec<String>,
     pub remarks: Vec<String>,
@@ -35,7 +37,7 @@ pub(super) struct Deck {
 
 impl Deck {
     /// Material of this name.
-    pub fn material(&self, name: &str) -> Option<&Material> {
+    pub fn material(&self, name: &str) -> Option<&DeckMaterial> {
         self.materials.iter().find(|m| key(&m.name) == key(name))
     }
 }
@@ -59,7 +61,7 @@ enum Mode {
         cylindrical: bool,
         set: Option<String>,
     },
-    Elements(Elements),
+    Elements(PendingElements),
     Set {
         name: String,
         of_elements: bool,
@@ -80,8 +82,8 @@ enum Mode {
 }
 
 /// Element that is being read, perhaps from several lines.
-struct Elements {
-    kind: Kind,
+struct PendingElements {
+    kind: DeckElementKind,
     kind_name: String,
     set: Option<String>,
     /// Label, then nodes.
@@ -96,7 +98,7 @@ struct Elements {
 ///
 /// # Errors
 /// See [`MeshError`]; each error names its place.
-pub(super) fn read(lines: &mut Lines<'_>) -> Result<Deck, MeshError> {
+pub(super) fn read(lines: &mut DeckLines<'_>) -> Result<Deck, MeshError> {
     let mut reader = Reader {
         deck: Deck::default(),
         open: Open::Root,
@@ -111,26 +113,29 @@ pub(super) fn read(lines: &mut Lines<'_>) -> Result<Deck, MeshError> {
     };
     while let Some((place, line)) = lines.next() {
         let result = match line {
-            Line::Keyword(keyword) => {
+            DeckLine::Keyword(keyword) => {
                 let closed = reader.close();
-                closed.map_err(|e| reader.at_keyword(lines, e))?;
+                closed.map_err(|e| reader.locate_keyword_error(lines, e))?;
                 reader.keyword = keyword.clone();
                 vocabulary::understand(keyword).and_then(|found| reader.keyword(found, lines))
             }
-            Line::Data(_) if reader.keyword.name.is_empty() => {
-                reader.aside.without_keyword.push(lines.files.shown(place));
+            DeckLine::Data(_) if reader.keyword.name.is_empty() => {
+                reader
+                    .aside
+                    .without_keyword
+                    .push(lines.files.message_position(place));
                 Ok(())
             }
-            Line::Data(text) => {
-                reader.place = lines.files.shown(place);
+            DeckLine::Data(text) => {
+                reader.place = lines.files.message_position(place);
                 reader.data(&text)
             }
         };
-        result.map_err(|e| lines.files.at(place, &reader.keyword.shown, e))?;
+        result.map_err(|e| lines.files.locate_error(place, &reader.keyword.shown, e))?;
     }
     let end = reader.close().and_then(|()| reader.finish());
     let end = end.and_then(|()| reader.join_parts());
-    end.map_err(|e| reader.at_keyword(lines, e))?;
+    end.map_err(|e| reader.locate_keyword_error(lines, e))?;
     Ok(reader.deck)
 }
 
@@ -138,7 +143,7 @@ struct Reader {
     deck: Deck,
     open: Open,
     /// Place of *ASSEMBLY, while it is open.
-    in_assembly: Option<Place>,
+    in_assembly: Option<LinePosition>,
     mode: Mode,
     has_assembly: bool,
     /// Last keyword; one without a name before the first, and after a line of one asterisk.
@@ -168,9 +173,11 @@ impl Reader {
         Ok(name)
     }
 
-    fn at_keyword(&self, lines: &Lines<'_>, error: MeshError) -> MeshError {
+    fn locate_keyword_error(&self, lines: &DeckLines<'_>, error: MeshError) -> MeshError {
         let keyword = &self.keyword;
-        lines.files.at(keyword.place, &keyword.shown, error)
+        lines
+            .files
+            .locate_error(keyword.place, &keyword.shown, error)
     }
 
     fn scope(&mut self) -> &mut Scope {
@@ -182,11 +189,11 @@ impl Reader {
         list.last_mut().expect("one is open")
     }
 
-    fn keyword(&mut self, found: Understood, lines: &mut Lines<'_>) -> Result<(), MeshError> {
+    fn keyword(&mut self, found: Understood, lines: &mut DeckLines<'_>) -> Result<(), MeshError> {
         let keyword = &found.keyword;
         self.mode = Mode::Skip;
         let shown = |parameter: &String| {
-            let place = lines.files.shown(keyword.place);
+            let place = lines.files.message_position(keyword.place);
             format!("{parameter} of {} ({place})", keyword.shown)
         };
         self.aside.parameters.extend(found.aside.iter().map(shown));
@@ -242,13 +249,13 @@ impl Reader {
         let set = keyword.get("ELSET").map(str::to_owned);
         let kind = kind(&kind_name, set.as_deref())?;
         let capitals = kind_name.to_uppercase();
-        if kind == Kind::Aside {
+        if kind == DeckElementKind::Aside {
             name_once(&mut self.aside.types, &capitals);
         }
-        if matches!(kind, Kind::Aside | Kind::Line(_)) {
+        if matches!(kind, DeckElementKind::Aside | DeckElementKind::Line(_)) {
             name_once(&mut self.deck.other_types, &capitals);
         }
-        Ok(Mode::Elements(Elements {
+        Ok(Mode::Elements(PendingElements {
             kind,
             kind_name,
             set,
@@ -313,7 +320,7 @@ impl Reader {
     }
 
     fn section(&mut self, keyword: &Keyword) -> Result<Mode, MeshError> {
-        let section = Section {
+        let section = DeckSection {
             set: keyword.required("ELSET")?.to_owned(),
             material: keyword.required("MATERIAL")?.to_owned(),
             place: keyword.place,
@@ -324,9 +331,9 @@ impl Reader {
 
     fn material(&mut self, keyword: &Keyword) -> Result<Mode, MeshError> {
         let name = self.new_name(keyword.required("NAME")?, "materials")?;
-        self.deck.materials.push(Material {
+        self.deck.materials.push(DeckMaterial {
             name,
-            ..Material::default()
+            ..DeckMaterial::default()
         });
         Ok(Mode::Skip)
     }
@@ -362,7 +369,7 @@ impl Reader {
         &mut self,
         keyword: &Keyword,
         elastic: bool,
-        is_given: impl Fn(&Material) -> bool,
+        is_given: impl Fn(&DeckMaterial) -> bool,
     ) -> Mode {
         if let Some(material) = self.deck.materials.last().filter(|m| is_given(m)) {
             let (name, keyword) = (&material.name, &keyword.shown);
@@ -416,7 +423,7 @@ impl Reader {
         let parts = self.deck.parts.iter();
         let Some(part) = parts.clone().find(|p| key(&p.name) == key(part)) else {
             let known = parts.map(|p| &p.name);
-            return Err(MeshError::no_such_name("part", part, known));
+            return Err(MeshError::unknown_name("part", part, known));
         };
         self.nodes_of_instances += self.deck.instances.last().map_or(0, |i| i.nodes.len());
         let nodes = self.nodes_of_instances + part.nodes.len();
@@ -494,13 +501,20 @@ impl Reader {
         Ok(())
     }
 
-    fn element_line(&mut self, text: &str, elements: &mut Elements) -> Result<(), MeshError> {
+    fn element_line(
+        &mut self,
+        text: &str,
+        elements: &mut PendingElements,
+    ) -> Result<(), MeshError> {
         let mut fields: Vec<&str> = fields(text).collect();
         let goes_on = fields.last().is_some_and(|last| last.is_empty());
         if goes_on {
             fields.pop();
         }
-        let tolerant = !matches!(elements.kind, Kind::Solid(_) | Kind::Facet(_));
+        let tolerant = !matches!(
+            elements.kind,
+            DeckElementKind::Solid(_) | DeckElementKind::Facet(_)
+        );
         for field in fields {
             match label(field) {
                 Ok(found) => elements.pending.push(found),
@@ -510,10 +524,12 @@ impl Reader {
         }
         elements.goes_on = goes_on;
         let is_complete = match elements.kind {
-            Kind::Solid(nodes) | Kind::Facet(nodes) => elements.pending.len() > nodes,
-            Kind::Line(_) | Kind::Aside => !goes_on,
+            DeckElementKind::Solid(nodes) | DeckElementKind::Facet(nodes) => {
+                elements.pending.len() > nodes
+            }
+            DeckElementKind::Line(_) | DeckElementKind::Aside => !goes_on,
         };
-        if let Kind::Solid(nodes) | Kind::Facet(nodes) = elements.kind
+        if let DeckElementKind::Solid(nodes) | DeckElementKind::Facet(nodes) = elements.kind
             && elements.pending.len() > nodes + 1
         {
             let (place, kind) = (&self.place, &elements.kind_name);
@@ -531,7 +547,7 @@ impl Reader {
     }
 
     /// Stores the element that has been read.
-    fn element_done(&mut self, elements: &mut Elements) -> Result<(), MeshError> {
+    fn element_done(&mut self, elements: &mut PendingElements) -> Result<(), MeshError> {
         let Some((&element, nodes)) = elements.pending.split_first() else {
             return Ok(());
         };
@@ -543,24 +559,26 @@ impl Reader {
         };
         let mut aside = nodes;
         let (kind, nodes) = match elements.kind {
-            Kind::Solid(expected) | Kind::Facet(expected) if nodes.len() != expected => {
+            DeckElementKind::Solid(expected) | DeckElementKind::Facet(expected)
+                if nodes.len() != expected =>
+            {
                 return Err(wrong(expected));
             }
-            Kind::Line(_) if elements.odd => (Kind::Aside, &[][..]),
+            DeckElementKind::Line(_) if elements.odd => (DeckElementKind::Aside, &[][..]),
             // A node of a beam's orientation may follow.
-            Kind::Line(expected) => match nodes.split_at_checked(expected) {
+            DeckElementKind::Line(expected) => match nodes.split_at_checked(expected) {
                 Some((nodes, rest)) => {
                     aside = rest;
                     (elements.kind, nodes)
                 }
                 None => return Err(wrong(expected)),
             },
-            Kind::Aside => (Kind::Aside, &[][..]),
+            DeckElementKind::Aside => (DeckElementKind::Aside, &[][..]),
             kind => (kind, nodes),
         };
         let place = self.keyword.place;
         let scope = self.scope();
-        if matches!(kind, Kind::Aside | Kind::Line(_)) {
+        if matches!(kind, DeckElementKind::Aside | DeckElementKind::Line(_)) {
             scope.aside_nodes.extend(aside);
         }
         scope.push_element(element, kind, nodes, place)?;
@@ -646,7 +664,7 @@ impl Reader {
             let kinds = kinds.map(|of| Some(of).filter(|_| scope.has_surface(&other, of)));
             if kinds == [None; 2] {
                 let known = scope.surfaces.values().map(|s| &s.name);
-                return Err(MeshError::no_such_name("surface", unquoted(field), known));
+                return Err(MeshError::unknown_name("surface", unquoted(field), known));
             }
             for of in kinds.into_iter().flatten() {
                 let surface = scope.surface(name, of, place);
@@ -665,12 +683,12 @@ impl Reader {
         let wrong = || MeshError::Placement {
             line: text.to_owned(),
         };
-        let placement: &mut Placement = &mut self.scope().placement;
+        let placement: &mut InstancePlacement = &mut self.scope().placement;
         match (line, &values[..]) {
             (1, [x, y, z]) => placement.shift = [*x, *y, *z],
             (2, [ax, ay, az, bx, by, bz, angle]) => {
                 let (a, b) = ([*ax, *ay, *az], [*bx, *by, *bz]);
-                placement.turn = Some(Turn {
+                placement.turn = Some(InstanceTurn {
                     point: a,
                     direction: unit(sub(b, a)).ok_or_else(wrong)?,
                     angle_rad: angle.to_radians(),
@@ -742,7 +760,7 @@ impl Reader {
             let root = &mut self.deck.root;
             root.merge(part)?;
             if !root.elsets.contains_key(&key(&name)) {
-                block(&mut root.elsets, &name, Place::default(), None).labels = labels;
+                block(&mut root.elsets, &name, LinePosition::default(), None).labels = labels;
             }
         }
         Ok(())

@@ -4,9 +4,9 @@
 use std::collections::HashMap;
 use std::rc::Rc;
 
-use super::lines::{Files, Place};
+use super::lines::{DeckFiles, LinePosition};
 use super::read::Deck;
-use super::scope::{Block, Scope, Sets, Surface, key};
+use super::scope::{DeckSurface, Scope, SetMembers, Sets, key};
 use crate::MeshError;
 use crate::element::Connectivity;
 use crate::sort_once;
@@ -64,7 +64,7 @@ impl What {
 type SetKey = (What, usize, String);
 
 /// All scopes, the root first.
-pub(super) struct Model<'a> {
+pub(super) struct DeckModel<'a> {
     scopes: Vec<Placed<'a>>,
     /// Numbers of the scopes by the keys of their names.
     instances: HashMap<String, usize>,
@@ -72,7 +72,7 @@ pub(super) struct Model<'a> {
     pub elements: Connectivity,
     /// Sets that are resolved; `None` while one is being resolved.
     sets: HashMap<SetKey, Option<Rc<Vec<u32>>>>,
-    files: &'a Files,
+    files: &'a DeckFiles,
     /// Sets that are generated from numbers that do not all exist, with their places.
     pub fewer: Vec<String>,
     /// Sets and surfaces that name numbers that do not exist, with their places.
@@ -81,12 +81,12 @@ pub(super) struct Model<'a> {
     pub no_instances: Vec<String>,
 }
 
-impl<'a> Model<'a> {
+impl<'a> DeckModel<'a> {
     /// Places the scopes one after the other.
     ///
     /// # Errors
     /// An element names a node that does not exist.
-    pub fn new(deck: &'a Deck, files: &'a Files) -> Result<Self, MeshError> {
+    pub fn new(deck: &'a Deck, files: &'a DeckFiles) -> Result<Self, MeshError> {
         let instances = if deck.instances.is_empty() {
             &deck.parts
         } else {
@@ -122,7 +122,7 @@ impl<'a> Model<'a> {
                             element: element.label,
                             node: *node,
                         };
-                        files.at(element.place, "*ELEMENT", missing)
+                        files.locate_error(element.place, "*ELEMENT", missing)
                     })?;
                     nodes.push(first_node + index);
                 }
@@ -139,13 +139,13 @@ impl<'a> Model<'a> {
     }
 
     /// A place in the form of a message.
-    pub fn shown(&self, place: Place) -> String {
-        self.files.shown(place)
+    pub fn message_position(&self, place: LinePosition) -> String {
+        self.files.message_position(place)
     }
 
     /// Adds the place to an error.
-    pub fn at(&self, place: Place, keyword: &str, error: MeshError) -> MeshError {
-        self.files.at(place, keyword, error)
+    pub fn locate_error(&self, place: LinePosition, keyword: &str, error: MeshError) -> MeshError {
+        self.files.locate_error(place, keyword, error)
     }
 
     fn sets_of(&self, what: What, scope: usize) -> &'a Sets {
@@ -192,7 +192,7 @@ impl<'a> Model<'a> {
         let Some((scope, set_key)) = self.find(what, scope, name) else {
             let known = self.sets_of(what, scope).values().map(|set| &set.name);
             let what = if what == What::Nodes { "NSET" } else { "ELSET" };
-            return Err(MeshError::no_such_name(what, name, known));
+            return Err(MeshError::unknown_name(what, name, known));
         };
         let set = &self.sets_of(what, scope)[&set_key];
         let in_list = (what, scope, set_key);
@@ -203,15 +203,15 @@ impl<'a> Model<'a> {
             let name = set.name.clone();
             return Err(MeshError::SetCircle { name });
         }
-        let mut found = Vec::new();
+        let mut members = Vec::new();
         for block in &set.blocks {
-            self.block(what, scope, (&set.name, block), depth, &mut found)
-                .map_err(|e| self.at(block.place, what.keyword(), e))?;
+            self.block(what, scope, (&set.name, block), depth, &mut members)
+                .map_err(|e| self.locate_error(block.place, what.keyword(), e))?;
         }
-        sort_once(&mut found);
-        let found = Rc::new(found);
-        self.sets.insert(in_list, Some(found.clone()));
-        Ok(found)
+        sort_once(&mut members);
+        let shared = Rc::new(members);
+        self.sets.insert(in_list, Some(shared.clone()));
+        Ok(shared)
     }
 
     /// The only scope, of a deck that has neither parts nor instances: a part that was written flat
@@ -225,11 +225,11 @@ impl<'a> Model<'a> {
         &mut self,
         what: What,
         scope: usize,
-        (set, block): (&str, &Block),
+        (set, block): (&str, &SetMembers),
         depth: usize,
         out: &mut Vec<u32>,
     ) -> Result<(), MeshError> {
-        let place = self.files.shown(block.place);
+        let place = self.files.message_position(block.place);
         let scope = match (&block.instance, self.only_scope()) {
             (Some(name), Some(only)) => {
                 let unknown = format!("`{name}` ({place}, {})", what.keyword());
@@ -240,18 +240,18 @@ impl<'a> Model<'a> {
             (None, _) => scope,
         };
         let mut missing = block.labels.iter().filter(|label| {
-            let found = self.labelled(what, scope, **label);
-            out.extend(found);
-            found.is_none()
+            let indices = self.labelled(what, scope, **label);
+            out.extend(indices);
+            indices.is_none()
         });
         if let Some(first) = missing.next() {
-            let more = and_more(missing.count());
+            let more = omitted_count_text(missing.count());
             let (keyword, one) = (what.keyword(), what.one());
             self.missing
                 .push(format!("`{set}` ({place}, {keyword}: {one} {first}{more})"));
         }
         for [first, last, step] in &block.ranges {
-            let by_label = self.by_label(what, scope);
+            let by_label = self.label_index(what, scope);
             let from = by_label.partition_point(|(label, _)| label < first);
             let inside = by_label[from..]
                 .iter()
@@ -272,7 +272,9 @@ impl<'a> Model<'a> {
         }
         for name in &block.elements_of {
             let elements = self.set_inside(What::Elements, scope, name, depth + 1)?;
-            let nodes = elements.iter().flat_map(|e| self.elements.of(*e as usize));
+            let nodes = elements
+                .iter()
+                .flat_map(|e| self.elements.element_nodes(*e as usize));
             out.extend(nodes);
         }
         Ok(())
@@ -281,7 +283,7 @@ impl<'a> Model<'a> {
     fn instance_or_error(&self, name: &str) -> Result<usize, MeshError> {
         self.instance(name).ok_or_else(|| {
             let known = self.scopes[1..].iter().map(|p| &p.scope.name);
-            MeshError::no_such_name("instance", name, known)
+            MeshError::unknown_name("instance", name, known)
         })
     }
 
@@ -291,7 +293,7 @@ impl<'a> Model<'a> {
         index.get(&label).map(|index| first + index)
     }
 
-    fn by_label(&mut self, what: What, scope: usize) -> ByLabel {
+    fn label_index(&mut self, what: What, scope: usize) -> ByLabel {
         let placed = &mut self.scopes[scope];
         let (index, first) = placed.numbers(what);
         let list = placed.by_label[what as usize].get_or_insert_with(|| {
@@ -312,7 +314,7 @@ impl<'a> Model<'a> {
         what: What,
         scope: usize,
         target: &str,
-        surface: &Surface,
+        surface: &DeckSurface,
     ) -> Result<Rc<Vec<u32>>, MeshError> {
         let label = match target.rsplit_once('.') {
             Some((instance, label)) => {
@@ -324,19 +326,19 @@ impl<'a> Model<'a> {
         let Some((label, scope)) = label else {
             return self.set(what, scope, target);
         };
-        let found = self.labelled(what, scope, label);
-        if found.is_none() {
-            let (name, place) = (&surface.name, self.files.shown(surface.place));
+        let labelled = self.labelled(what, scope, label);
+        if labelled.is_none() {
+            let (name, place) = (&surface.name, self.files.message_position(surface.place));
             let one = what.one();
             self.missing
                 .push(format!("`{name}` ({place}, *SURFACE: {one} {label})"));
         }
-        Ok(Rc::new(found.into_iter().collect()))
+        Ok(Rc::new(labelled.into_iter().collect()))
     }
 }
 
 /// How many more items there are than a message names.
-pub(super) fn and_more(count: usize) -> String {
+pub(super) fn omitted_count_text(count: usize) -> String {
     match count {
         0 => String::new(),
         more => format!(" and {more} more"),

@@ -4,8 +4,8 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use dovetail_numerics::space::{cross, dot, sub};
 
-use super::lines::Place;
-use super::types::Kind;
+use super::lines::LinePosition;
+use super::types::DeckElementKind;
 use crate::MeshError;
 
 /// Key by which names are compared: Abaqus and CalculiX ignore the case of the letters A to Z.
@@ -14,19 +14,19 @@ pub(super) fn key(name: &str) -> String {
 }
 
 #[derive(Debug, Clone)]
-pub(super) struct Element {
+pub(super) struct DeckElement {
     pub label: u64,
-    pub kind: Kind,
+    pub kind: DeckElementKind,
     /// Index of its first node in [`Scope::element_nodes`].
     pub first: usize,
     /// Place of its keyword line.
-    pub place: Place,
+    pub place: LinePosition,
 }
 
 /// Members of a set that one keyword line gives.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Block {
-    pub place: Place,
+pub(super) struct SetMembers {
+    pub place: LinePosition,
     /// Instance that the nodes or elements belong to, if the line names one.
     pub instance: Option<String>,
     pub labels: Vec<u64>,
@@ -45,7 +45,7 @@ pub(super) struct Set {
     pub name: String,
     /// True if a program wrote the set for itself: it is no group.
     pub internal: bool,
-    pub blocks: Vec<Block>,
+    pub blocks: Vec<SetMembers>,
 }
 
 /// Sets by their [`key`].
@@ -55,19 +55,19 @@ pub(super) type Sets = BTreeMap<String, Set>;
 pub(super) fn block<'a>(
     sets: &'a mut Sets,
     name: &str,
-    place: Place,
+    place: LinePosition,
     instance: Option<&str>,
-) -> &'a mut Block {
+) -> &'a mut SetMembers {
     let set = sets.entry(key(name)).or_default();
     if set.name.is_empty() {
         name.clone_into(&mut set.name);
     }
-    let fits = |block: &Block| block.place == place && block.instance.as_deref() == instance;
+    let fits = |block: &SetMembers| block.place == place && block.instance.as_deref() == instance;
     if !set.blocks.last().is_some_and(fits) {
-        set.blocks.push(Block {
+        set.blocks.push(SetMembers {
             place,
             instance: instance.map(str::to_owned),
-            ..Block::default()
+            ..SetMembers::default()
         });
     }
     let last = set.blocks.len() - 1;
@@ -91,31 +91,31 @@ pub(super) enum SurfaceOf {
 }
 
 #[derive(Debug, Clone, Default)]
-pub(super) struct Surface {
+pub(super) struct DeckSurface {
     pub name: String,
     pub internal: bool,
-    pub place: Place,
+    pub place: LinePosition,
     pub lines: Vec<SurfaceLine>,
     /// Keys of the surfaces of the same kind whose lines belong to this one.
     pub united: BTreeSet<String>,
 }
 
 #[derive(Debug, Clone)]
-pub(super) struct Section {
+pub(super) struct DeckSection {
     pub set: String,
     pub material: String,
-    pub place: Place,
+    pub place: LinePosition,
 }
 
 /// Translation, then a rotation about a line.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Placement {
+pub(super) struct InstancePlacement {
     pub shift: [f64; 3],
-    pub turn: Option<Turn>,
+    pub turn: Option<InstanceTurn>,
 }
 
 #[derive(Debug, Clone)]
-pub(super) struct Turn {
+pub(super) struct InstanceTurn {
     /// Point of the line.
     pub point: [f64; 3],
     /// Direction of unit length; the rotation follows the right-hand rule.
@@ -123,7 +123,7 @@ pub(super) struct Turn {
     pub angle_rad: f64,
 }
 
-impl Placement {
+impl InstancePlacement {
     /// Position in the assembly of a node of the part.
     pub fn apply(&self, at: [f64; 3]) -> [f64; 3] {
         let shifted = [0, 1, 2].map(|i| at[i] + self.shift[i]);
@@ -148,11 +148,11 @@ pub(super) struct Scope {
     pub name: String,
     /// Name of the part of an instance.
     pub part: String,
-    pub placement: Placement,
+    pub placement: InstancePlacement,
     pub nodes: Vec<[f64; 3]>,
     pub node_labels: Vec<u64>,
     pub node_index: HashMap<u64, u32>,
-    pub elements: Vec<Element>,
+    pub elements: Vec<DeckElement>,
     pub element_index: HashMap<u64, u32>,
     /// Labels of the nodes of the elements.
     pub element_nodes: Vec<u64>,
@@ -161,8 +161,8 @@ pub(super) struct Scope {
     pub nsets: Sets,
     pub elsets: Sets,
     /// Surfaces by the [`key`] of their name and by their kind.
-    pub surfaces: BTreeMap<(String, SurfaceOf), Surface>,
-    pub sections: Vec<Section>,
+    pub surfaces: BTreeMap<(String, SurfaceOf), DeckSurface>,
+    pub sections: Vec<DeckSection>,
 }
 
 impl Scope {
@@ -176,11 +176,11 @@ impl Scope {
     }
 
     /// The surface of a name and kind, made by the keyword line at `place` if it is new.
-    pub fn surface(&mut self, name: &str, of: SurfaceOf, place: Place) -> &mut Surface {
-        let new = || Surface {
+    pub fn surface(&mut self, name: &str, of: SurfaceOf, place: LinePosition) -> &mut DeckSurface {
+        let new = || DeckSurface {
             name: name.to_owned(),
             place,
-            ..Surface::default()
+            ..DeckSurface::default()
         };
         let surface = self.surfaces.entry((key(name), of));
         surface.or_insert_with(new)
@@ -192,7 +192,7 @@ impl Scope {
     }
 
     /// Lines of a surface, including those of the surfaces that it unites, each once.
-    pub fn lines_of<'s>(&'s self, surface: &'s Surface, of: SurfaceOf) -> Vec<&'s SurfaceLine> {
+    pub fn lines_of<'s>(&'s self, surface: &'s DeckSurface, of: SurfaceOf) -> Vec<&'s SurfaceLine> {
         if surface.united.is_empty() {
             return surface.lines.iter().collect();
         }
@@ -229,15 +229,15 @@ impl Scope {
     pub fn push_element(
         &mut self,
         label: u64,
-        kind: Kind,
+        kind: DeckElementKind,
         nodes: &[u64],
-        place: Place,
+        place: LinePosition,
     ) -> Result<(), MeshError> {
         let index = self.elements.len() as u32;
         if self.element_index.insert(label, index).is_some() {
             return Err(MeshError::ElementTwice { label });
         }
-        self.elements.push(Element {
+        self.elements.push(DeckElement {
             label,
             kind,
             first: self.element_nodes.len(),
@@ -299,7 +299,7 @@ impl Scope {
     }
 
     /// Labels of the nodes of an element.
-    pub fn nodes_of(&self, element: &Element) -> &[u64] {
+    pub fn nodes_of(&self, element: &DeckElement) -> &[u64] {
         let count = element.kind.nodes().unwrap_or(0);
         &self.element_nodes[element.first..element.first + count]
     }

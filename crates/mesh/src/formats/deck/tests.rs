@@ -73,7 +73,7 @@ fn bricks(more: &str) -> String {
 
 /// A deck of gmsh, which leaves its 20 pyramids out but names them in the set `mixed`; here they
 /// are removed from the set, too.
-fn without_pyramids(deck: &str) -> String {
+fn strip_pyramids(deck: &str) -> String {
     let (before, mixed) = deck.split_once("*ELSET,ELSET=mixed").unwrap();
     let labels = mixed.split_inclusive(", ");
     let kept = labels
@@ -96,7 +96,7 @@ fn decks_of_gmsh_are_the_meshes_of_gmsh() {
         (ORDER2, elements!("order2_msh2.msh")),
     ];
     for (deck, msh) in files {
-        let deck = read(&without_pyramids(deck)).unwrap();
+        let deck = read(&strip_pyramids(deck)).unwrap();
         let msh = msh2::parse(msh).unwrap();
         assert_near(&deck.nodes, &msh.nodes, 1e-12);
         assert_eq!(deck.node_tags, msh.node_tags);
@@ -299,7 +299,7 @@ fn keywords_lines_and_comments_follow_the_rules() {
         [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
     );
     assert_eq!(
-        (content.elements.tags(), content.elements.of(0)),
+        (content.elements.tags(), content.elements.element_nodes(0)),
         (&[7][..], &[0, 1, 2, 3][..])
     );
     assert_eq!(names(&content), ["A body, left", "Nall"]);
@@ -335,7 +335,7 @@ fn labels_may_be_sparse_and_large() {
         + &BRICKS.replace("1, 1, 2", "8000000000001, 9000000000000, 2");
     let content = read(&deck).unwrap();
     assert_eq!(tags(&content, "Bricks"), [8000000000001, 2]);
-    assert_eq!(content.elements.of(0), [0, 1, 2, 3, 4, 5, 6, 7]);
+    assert_eq!(content.elements.element_nodes(0), [0, 1, 2, 3, 4, 5, 6, 7]);
 }
 
 /// Each type of solid has its faces where Abaqus has them: S1 of a brick is its base.
@@ -515,14 +515,14 @@ fn types_are_known_by_their_names() {
         13: C3D13
         15: C3D15
         20: C3D20R C3D20RHT";
-    for (name, count) in by_nodes(solids) {
+    for (name, count) in names_by_nodes(solids) {
         let labels: Vec<String> = (1..=count).map(|i| i.to_string()).collect();
         let (first, rest) = labels.split_at(count.min(8));
         let broken = [first.join(", "), rest.join(", ")].join("\n");
         for line in [labels.join(","), broken] {
             let deck = format!("*NODE\n{nodes}*ELEMENT, TYPE={name}\n3,{line}\n");
             let content = read(&deck).unwrap();
-            let found = content.elements.of(0).iter().copied();
+            let found = content.elements.element_nodes(0).iter().copied();
             assert!(found.eq(0..count as u32), "{name}");
         }
     }
@@ -535,19 +535,19 @@ fn types_are_known_by_their_names() {
         2: B31 T3D2T PIPE31H
         3: B32OS T3D3";
     let kind = |name: &str| types::kind(name, None).unwrap();
-    for (name, count) in by_nodes(facets) {
-        assert_eq!(kind(name), types::Kind::Facet(count), "{name}");
+    for (name, count) in names_by_nodes(facets) {
+        assert_eq!(kind(name), types::DeckElementKind::Facet(count), "{name}");
     }
-    for (name, count) in by_nodes(lines) {
-        assert_eq!(kind(name), types::Kind::Line(count), "{name}");
+    for (name, count) in names_by_nodes(lines) {
+        assert_eq!(kind(name), types::DeckElementKind::Line(count), "{name}");
     }
     for name in "MASS SPRING1 DASHPOTA CONN3D2 COH3D8 GAPUNI DCOUP3D".split(' ') {
-        assert_eq!(kind(name), types::Kind::Aside, "{name}");
+        assert_eq!(kind(name), types::DeckElementKind::Aside, "{name}");
     }
 }
 
 /// Names in the lines of a text, each line beginning with the number of nodes that all of it have.
-fn by_nodes(table: &str) -> impl Iterator<Item = (&str, usize)> {
+fn names_by_nodes(table: &str) -> impl Iterator<Item = (&str, usize)> {
     table.trim().lines().flat_map(|line| {
         let (count, names) = line.trim().split_once(": ").unwrap();
         let count = count.parse().unwrap();
@@ -557,7 +557,7 @@ fn by_nodes(table: &str) -> impl Iterator<Item = (&str, usize)> {
 
 #[test]
 fn nodes_stand_in_our_order() {
-    let types = assert_middles(&read(&without_pyramids(ORDER2)).unwrap());
+    let types = assert_middles(&read(&strip_pyramids(ORDER2)).unwrap());
     let shapes = [Shape::Tetrahedron, Shape::Wedge, Shape::Hexahedron];
     assert_eq!(types, quadratic(&shapes));
 }

@@ -5,7 +5,7 @@ use crate::element::ElementType;
 
 /// Kind of an element.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Kind {
+pub(super) enum DeckElementKind {
     /// A solid of so many nodes.
     Solid(usize),
     /// A shell, membrane, plane or surface element of so many nodes.
@@ -16,7 +16,7 @@ pub(super) enum Kind {
     Aside,
 }
 
-impl Kind {
+impl DeckElementKind {
     /// Number of nodes, where it matters.
     pub fn nodes(self) -> Option<usize> {
         match self {
@@ -52,7 +52,7 @@ pub(super) const READ: &str = "C3D4, C3D5, C3D6, C3D8, C3D10, C3D13, C3D15 and C
 ///
 /// # Errors
 /// A type with nodes inside faces, or a solid of an unknown number of nodes.
-pub(super) fn kind(name: &str, set: Option<&str>) -> Result<Kind, MeshError> {
+pub(super) fn kind(name: &str, set: Option<&str>) -> Result<DeckElementKind, MeshError> {
     let capitals = name.trim().to_uppercase();
     let digits = |prefix: &str| -> Option<(usize, String)> {
         let rest = capitals.strip_prefix(prefix)?;
@@ -68,8 +68,8 @@ pub(super) fn kind(name: &str, set: Option<&str>) -> Result<Kind, MeshError> {
         set: set.unwrap_or("none").to_owned(),
     };
     if let Some((nodes, suffix)) = SOLIDS.iter().find_map(|prefix| digits(prefix)) {
-        return match ElementType::with_nodes(nodes) {
-            Some(_) if !suffix.starts_with('V') => Ok(Kind::Solid(nodes)),
+        return match ElementType::from_node_count(nodes) {
+            Some(_) if !suffix.starts_with('V') => Ok(DeckElementKind::Solid(nodes)),
             _ if matches!(nodes, 14 | 15 | 18 | 27) => Err(inside(nodes)),
             _ => Err(unknown(name, set)),
         };
@@ -80,16 +80,16 @@ pub(super) fn kind(name: &str, set: Option<&str>) -> Result<Kind, MeshError> {
     };
     let line = LINES.iter().find(|(_, names)| names.split(' ').any(is_it));
     if let Some((nodes, _)) = line {
-        return Ok(Kind::Line(*nodes));
+        return Ok(DeckElementKind::Line(*nodes));
     }
     if ASIDE.iter().any(|prefix| capitals.starts_with(prefix)) {
-        return Ok(Kind::Aside);
+        return Ok(DeckElementKind::Aside);
     }
     match FACETS.iter().find_map(|prefix| digits(prefix)) {
-        Some((65, _)) => Ok(Kind::Facet(6)), // STRI65: six nodes, five unknowns each
-        Some((nodes @ (3 | 4 | 6 | 8), _)) => Ok(Kind::Facet(nodes)),
+        Some((65, _)) => Ok(DeckElementKind::Facet(6)), // STRI65: six nodes, five unknowns each
+        Some((nodes @ (3 | 4 | 6 | 8), _)) => Ok(DeckElementKind::Facet(nodes)),
         Some((nodes @ (7 | 9), _)) => Err(inside(nodes)),
-        _ => Ok(Kind::Aside),
+        _ => Ok(DeckElementKind::Aside),
     }
 }
 

@@ -6,7 +6,7 @@
 
 use std::str::SplitAsciiWhitespace;
 
-use super::lines::{Keyword, bare, fields};
+use super::lines::{Keyword, fields, normalised_name};
 use crate::MeshError;
 use crate::text;
 
@@ -115,8 +115,8 @@ pub(super) fn understand(mut keyword: Keyword) -> Result<Understood, MeshError> 
     let (mut aside, mut unknown) = (Vec::new(), Vec::new());
     if let Some(entry) = READ.iter().find(|entry| entry.keyword == keyword.name) {
         for (parameter, _) in &mut keyword.parameters {
-            let all = || words(entry.read).chain(words(entry.aside));
-            match complete(parameter, all()) {
+            let words_of_entry = || words(entry.read).chain(words(entry.aside));
+            match complete(parameter, words_of_entry()) {
                 Ok(word) => {
                     if words(entry.aside).any(|ignored| ignored == word) {
                         aside.push(parameter.clone());
@@ -141,7 +141,7 @@ pub(super) fn understand(mut keyword: Keyword) -> Result<Understood, MeshError> 
 /// Returns `true` if `more` continues a keyword line: all of its fields are parameters of the
 /// keyword.
 pub(super) fn continues(line: &str, more: &str) -> bool {
-    let name = bare(fields(line).next().unwrap_or_default());
+    let name = normalised_name(fields(line).next().unwrap_or_default());
     let name = name.trim_start_matches('*');
     let entry = READ.iter().find(|entry| entry.keyword.starts_with(name));
     let is_word = |field: &str| match entry {
@@ -150,7 +150,7 @@ pub(super) fn continues(line: &str, more: &str) -> bool {
             .any(|word| field.len() >= SHORTEST && word.starts_with(field)),
         None => true,
     };
-    let is_parameter = |field: &str| field.contains('=') || is_word(&bare(field));
+    let is_parameter = |field: &str| field.contains('=') || is_word(&normalised_name(field));
     !more.starts_with('*') && fields(more).filter(|f| !f.is_empty()).all(is_parameter)
 }
 
@@ -165,11 +165,11 @@ pub(super) fn words(list: &'static str) -> SplitAsciiWhitespace<'static> {
 /// # Errors
 /// It begins several of them.
 pub(super) fn value(found: &str, list: &'static str) -> Result<String, MeshError> {
-    let found = bare(found);
-    match complete(&found, words(list)) {
+    let name = normalised_name(found);
+    match complete(&name, words(list)) {
         Ok(word) => Ok(word.to_owned()),
-        Err(several) if several.is_empty() => Ok(found),
-        Err(several) => Err(ambiguous(&found, &several)),
+        Err(several) if several.is_empty() => Ok(name),
+        Err(several) => Err(ambiguous(&name, &several)),
     }
 }
 
@@ -181,10 +181,10 @@ fn complete(
     if let Some(whole) = words.clone().find(|word| *word == beginning) {
         return Ok(whole);
     }
-    let found: Vec<_> = words.filter(|word| word.starts_with(beginning)).collect();
-    match found[..] {
+    let matches: Vec<_> = words.filter(|word| word.starts_with(beginning)).collect();
+    match matches[..] {
         [one] => Ok(one),
-        _ => Err(found),
+        _ => Err(matches),
     }
 }
 

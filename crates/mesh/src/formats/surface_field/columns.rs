@@ -12,7 +12,7 @@ use crate::text::{list, plain};
 
 /// Part of a complex value that a column gives.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Part {
+enum ComplexPart {
     /// The only number, or one of several that the name does not tell apart.
     Whole,
     Real,
@@ -26,8 +26,8 @@ enum Part {
 enum Quantity {
     /// Coordinate along x, y or z.
     Place(usize),
-    Pressure(Part),
-    Force(usize, Part),
+    Pressure(ComplexPart),
+    Force(usize, ComplexPart),
     Area,
     Friction,
     /// Number of a node, which is not used.
@@ -76,7 +76,7 @@ impl Quantity {
         ];
         match self {
             Self::Place(_) => LENGTHS,
-            Self::Pressure(Part::Phase) | Self::Force(_, Part::Phase) => ANGLES,
+            Self::Pressure(ComplexPart::Phase) | Self::Force(_, ComplexPart::Phase) => ANGLES,
             Self::Pressure(_) => PRESSURES,
             Self::Force(..) => FORCES,
             Self::Area => AREAS,
@@ -86,13 +86,13 @@ impl Quantity {
     }
 
     /// Name of such a column in a file of this program.
-    fn own_name(self) -> String {
+    fn column_name(self) -> String {
         let axis = |k: usize| ["x", "y", "z"][k];
-        let part = |part: Part, unit: &str| match part {
-            Part::Whole | Part::Real => format!("re_{unit}"),
-            Part::Imaginary => format!("im_{unit}"),
-            Part::Amplitude => format!("amplitude_{unit}"),
-            Part::Phase => "phase_deg".to_owned(),
+        let part = |part: ComplexPart, unit: &str| match part {
+            ComplexPart::Whole | ComplexPart::Real => format!("re_{unit}"),
+            ComplexPart::Imaginary => format!("im_{unit}"),
+            ComplexPart::Amplitude => format!("amplitude_{unit}"),
+            ComplexPart::Phase => "phase_deg".to_owned(),
         };
         match self {
             Self::Place(k) => format!("{}_m", axis(k)),
@@ -154,14 +154,14 @@ fn meaning(name: &str) -> Option<Meaning> {
             "coefficient" | "of" => is_coefficient = true,
             "part" if part.is_some() => {}
             _ => {
-                let found = match *word {
-                    "re" | "real" => Part::Real,
-                    "im" | "imag" | "imaginary" => Part::Imaginary,
-                    "amplitude" | "magnitude" => Part::Amplitude,
-                    "phase" => Part::Phase,
+                let read_part = match *word {
+                    "re" | "real" => ComplexPart::Real,
+                    "im" | "imag" | "imaginary" => ComplexPart::Imaginary,
+                    "amplitude" | "magnitude" => ComplexPart::Amplitude,
+                    "phase" => ComplexPart::Phase,
                     _ => return None,
                 };
-                if part.replace(found).is_some() {
+                if part.replace(read_part).is_some() {
                     return None;
                 }
             }
@@ -171,8 +171,8 @@ fn meaning(name: &str) -> Option<Meaning> {
         (Some("friction"), None, None) => Quantity::Friction,
         _ if is_coefficient => return None,
         (None | Some("coordinate"), Some(k), None) => Quantity::Place(k),
-        (Some("pressure"), None, part) => Quantity::Pressure(part.unwrap_or(Part::Whole)),
-        (Some("force"), Some(k), part) => Quantity::Force(k, part.unwrap_or(Part::Whole)),
+        (Some("pressure"), None, part) => Quantity::Pressure(part.unwrap_or(ComplexPart::Whole)),
+        (Some("force"), Some(k), part) => Quantity::Force(k, part.unwrap_or(ComplexPart::Whole)),
         (Some("area"), None, None) => Quantity::Area,
         (Some("node" | "nodenumber" | "cellnumber"), None, None) => Quantity::Label,
         _ => return None,
@@ -186,7 +186,7 @@ fn meaning(name: &str) -> Option<Meaning> {
 
 /// Column that is read.
 #[derive(Debug, Clone)]
-pub(super) struct Column {
+pub(super) struct FieldColumn {
     /// Name in the file.
     pub name: String,
     /// Position of the column.
@@ -198,14 +198,14 @@ pub(super) struct Column {
 /// Columns of a complex value.
 pub(super) enum Complex {
     /// Real part, and the imaginary one if there is one.
-    Parts(Column, Option<Column>),
+    Parts(FieldColumn, Option<FieldColumn>),
     /// Amplitude and phase.
-    Polar(Column, Column),
+    Polar(FieldColumn, FieldColumn),
 }
 
 impl Complex {
     /// Real and imaginary part, from the numbers of the columns.
-    pub fn value<E>(&self, number: impl Fn(&Column) -> Result<f64, E>) -> Result<[f64; 2], E> {
+    pub fn value<E>(&self, number: impl Fn(&FieldColumn) -> Result<f64, E>) -> Result<[f64; 2], E> {
         match self {
             Self::Parts(re, im) => Ok([number(re)?, im.as_ref().map_or(Ok(0.0), number)?]),
             Self::Polar(amplitude, phase) => {
@@ -219,32 +219,32 @@ impl Complex {
 /// Columns of the values at the points.
 pub(super) enum ValueColumns {
     Forces([Complex; 3]),
-    Pressures(Complex, Option<Column>),
-    Friction(Column),
+    Pressures(Complex, Option<FieldColumn>),
+    Friction(FieldColumn),
 }
 
 /// Positions of the columns.
-pub(super) struct Columns {
-    pub place: [Column; 3],
+pub(super) struct FieldColumns {
+    pub place: [FieldColumn; 3],
     pub values: ValueColumns,
     /// Number of columns, including those that are not read.
     pub count: usize,
 }
 
-impl Columns {
+impl FieldColumns {
     /// Reads the line that names the columns.
-    pub fn of(header: &csv::StringRecord, path: &Path) -> Result<Self, SurfaceFieldError> {
-        let all = Named::of(header, path)?;
-        let place = [0, 1, 2].map(|k| all.need(Quantity::Place(k)));
+    pub fn read(header: &csv::StringRecord, path: &Path) -> Result<Self, SurfaceFieldError> {
+        let columns = Named::read(header, path)?;
+        let place = [0, 1, 2].map(|k| columns.need(Quantity::Place(k)));
         let [x, y, z] = place;
         let place = [x?, y?, z?];
-        let pressure = all.found.iter().find_map(|(quantity, column)| {
+        let pressure = columns.found.iter().find_map(|(quantity, column)| {
             matches!(quantity, Quantity::Pressure(_) | Quantity::Area).then_some(column)
         });
         let is_force = |quantity: &Quantity| matches!(quantity, Quantity::Force(..));
-        let has_forces = all.found.iter().any(|(quantity, _)| is_force(quantity));
-        let friction = all.find(Quantity::Friction);
-        let load = all
+        let has_forces = columns.found.iter().any(|(quantity, _)| is_force(quantity));
+        let friction = columns.find(Quantity::Friction);
+        let load = columns
             .found
             .iter()
             .find_map(|(quantity, column)| (is_force(quantity)).then_some(column).or(pressure));
@@ -263,12 +263,12 @@ impl Columns {
                 });
             }
             (true, None) => {
-                let force = |k| all.complex(|part| Quantity::Force(k, part));
+                let force = |k| columns.complex(|part| Quantity::Force(k, part));
                 ValueColumns::Forces([force(0)?, force(1)?, force(2)?])
             }
             (false, _) => {
-                let area = all.find(Quantity::Area);
-                ValueColumns::Pressures(all.complex(Quantity::Pressure)?, area)
+                let area = columns.find(Quantity::Area);
+                ValueColumns::Pressures(columns.complex(Quantity::Pressure)?, area)
             }
         };
         Ok(Self {
@@ -283,11 +283,11 @@ impl Columns {
 struct Named<'a> {
     path: &'a Path,
     header: &'a csv::StringRecord,
-    found: Vec<(Quantity, Column)>,
+    found: Vec<(Quantity, FieldColumn)>,
 }
 
 impl<'a> Named<'a> {
-    fn of(header: &'a csv::StringRecord, path: &'a Path) -> Result<Self, SurfaceFieldError> {
+    fn read(header: &'a csv::StringRecord, path: &'a Path) -> Result<Self, SurfaceFieldError> {
         let understand = |name: &str| {
             meaning(name).ok_or_else(|| SurfaceFieldError::UnknownColumn {
                 path: path.to_owned(),
@@ -331,33 +331,35 @@ impl<'a> Named<'a> {
                 }
             };
             let name = column;
-            named.found.push((quantity, Column { name, at, factor }));
+            named
+                .found
+                .push((quantity, FieldColumn { name, at, factor }));
         }
         Ok(named)
     }
 
-    fn find(&self, quantity: Quantity) -> Option<Column> {
-        let found = self.found.iter().find(|(known, _)| *known == quantity);
-        found.map(|(_, column)| column.clone())
+    fn find(&self, quantity: Quantity) -> Option<FieldColumn> {
+        let named_column = self.found.iter().find(|(known, _)| *known == quantity);
+        named_column.map(|(_, column)| column.clone())
     }
 
-    fn need(&self, quantity: Quantity) -> Result<Column, SurfaceFieldError> {
+    fn need(&self, quantity: Quantity) -> Result<FieldColumn, SurfaceFieldError> {
         self.find(quantity)
             .ok_or_else(|| SurfaceFieldError::NoColumn {
                 path: self.path.to_owned(),
-                column: quantity.own_name(),
+                column: quantity.column_name(),
                 found: list(&self.header.iter().map(plain).collect::<Vec<_>>()),
             })
     }
 
     /// Complex value in one of the ways to give it.
-    fn complex(&self, of: impl Fn(Part) -> Quantity) -> Result<Complex, SurfaceFieldError> {
+    fn complex(&self, of: impl Fn(ComplexPart) -> Quantity) -> Result<Complex, SurfaceFieldError> {
         let [whole, re, im, amplitude, phase] = [
-            Part::Whole,
-            Part::Real,
-            Part::Imaginary,
-            Part::Amplitude,
-            Part::Phase,
+            ComplexPart::Whole,
+            ComplexPart::Real,
+            ComplexPart::Imaginary,
+            ComplexPart::Amplitude,
+            ComplexPart::Phase,
         ]
         .map(|part| self.find(of(part)));
         let is_polar = amplitude.is_some() || phase.is_some();
@@ -374,11 +376,11 @@ impl<'a> Named<'a> {
         }
         match (is_polar, whole) {
             (true, _) => Ok(Complex::Polar(
-                self.need(of(Part::Amplitude))?,
-                self.need(of(Part::Phase))?,
+                self.need(of(ComplexPart::Amplitude))?,
+                self.need(of(ComplexPart::Phase))?,
             )),
             (false, Some(whole)) => Ok(Complex::Parts(whole, None)),
-            (false, None) => Ok(Complex::Parts(self.need(of(Part::Real))?, im)),
+            (false, None) => Ok(Complex::Parts(self.need(of(ComplexPart::Real))?, im)),
         }
     }
 }

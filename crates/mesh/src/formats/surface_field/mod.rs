@@ -23,7 +23,7 @@ use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
-use self::columns::{Column, Columns, ValueColumns};
+use self::columns::{FieldColumn, FieldColumns, ValueColumns};
 use crate::surface_field::{FieldValues, SurfaceField};
 use crate::text::plain;
 
@@ -125,8 +125,8 @@ impl SurfaceField {
                     break;
                 }
             }
-            let columns = Columns::of(&record, path)?;
-            let values = no_values(&columns);
+            let columns = FieldColumns::read(&record, path)?;
+            let values = empty_values(&columns);
             let field = field.get_or_insert_with(|| Self {
                 points_m: Vec::new(),
                 values: values.clone(),
@@ -158,7 +158,7 @@ impl SurfaceField {
     /// Adds the point of a line.
     fn add(
         &mut self,
-        columns: &Columns,
+        columns: &FieldColumns,
         record: &csv::StringRecord,
         path: &Path,
     ) -> Result<(), SurfaceFieldError> {
@@ -174,7 +174,7 @@ impl SurfaceField {
                 ),
             });
         }
-        let value = |column: &Column, wanted: &'static str, least: f64| {
+        let value = |column: &FieldColumn, wanted: &'static str, least: f64| {
             let text = record.get(column.at).unwrap_or_default();
             let number = text.parse::<f64>().ok().map(|v| v * column.factor);
             let fits = |v: &f64| v.is_finite() && v.abs() < 1e100 && *v >= least;
@@ -186,7 +186,7 @@ impl SurfaceField {
                 wanted,
             })
         };
-        let number = |column: &Column| value(column, "a finite number", f64::NEG_INFINITY);
+        let number = |column: &FieldColumn| value(column, "a finite number", f64::NEG_INFINITY);
         let [x, y, z] = &columns.place;
         self.points_m.push([number(x)?, number(y)?, number(z)?]);
         match (&columns.values, &mut self.values) {
@@ -239,7 +239,7 @@ fn section(record: &csv::StringRecord) -> Option<String> {
     Some(name.trim().to_lowercase())
 }
 
-fn no_values(columns: &Columns) -> FieldValues {
+fn empty_values(columns: &FieldColumns) -> FieldValues {
     match &columns.values {
         ValueColumns::Forces(_) => FieldValues::Forces(Vec::new()),
         ValueColumns::Friction(_) => FieldValues::Friction(Vec::new()),

@@ -8,7 +8,7 @@ use base64::engine::DecodePaddingMode;
 use base64::engine::general_purpose::{GeneralPurpose, GeneralPurposeConfig};
 use flate2::read::ZlibDecoder;
 
-use super::xml::{Array, File, Place, Scalar};
+use super::xml::{Array, ArrayPosition, File, Scalar};
 use crate::MeshError;
 
 /// Four letters are three bytes; of the last four some may be padding.
@@ -20,7 +20,7 @@ const BASE64: GeneralPurpose = GeneralPurpose::new(
 );
 
 /// Bytes that are taken in parts, and decoded only as far as they are taken.
-struct Stream<'a> {
+struct ByteStream<'a> {
     rest: Cow<'a, [u8]>,
     at: usize,
     base64: bool,
@@ -28,7 +28,7 @@ struct Stream<'a> {
     spare: Vec<u8>,
 }
 
-impl<'a> Stream<'a> {
+impl<'a> ByteStream<'a> {
     fn new(rest: impl Into<Cow<'a, [u8]>>, base64: bool) -> Self {
         Self {
             rest: rest.into(),
@@ -38,7 +38,7 @@ impl<'a> Stream<'a> {
         }
     }
 
-    fn take(&mut self, count: usize) -> Result<Vec<u8>, String> {
+    fn read_bytes(&mut self, count: usize) -> Result<Vec<u8>, String> {
         let rest = &self.rest[self.at..];
         let short = || format!("it breaks off: {count} bytes are announced");
         if !self.base64 {
@@ -91,16 +91,16 @@ fn decoded(file: &File<'_>, array: &Array<'_>, tuples: usize) -> Result<Vec<f64>
     let count = tuples.checked_mul(array.components).ok_or_else(too_many)?;
     let bytes = count.checked_mul(scalar.size()).ok_or_else(too_many)?;
     let stream = match array.place {
-        Place::Ascii => return ascii(&array.text.concat(), count),
-        Place::Binary => {
+        ArrayPosition::Ascii => return ascii(&array.text.concat(), count),
+        ArrayPosition::Binary => {
             let mut text = array.text.concat();
             text.retain(|letter| !letter.is_ascii_whitespace());
-            Stream::new(text, true)
+            ByteStream::new(text, true)
         }
-        Place::Appended(offset) => {
+        ArrayPosition::Appended(offset) => {
             let (data, base64) = file.appended.ok_or("the file has no <AppendedData>")?;
             let rest = data.get(offset..);
-            Stream::new(rest.ok_or("it lies behind the appended data")?, base64)
+            ByteStream::new(rest.ok_or("it lies behind the appended data")?, base64)
         }
     };
     let bytes = if file.compressed {
@@ -128,19 +128,19 @@ fn ascii(text: &[u8], count: usize) -> Result<Vec<f64>, String> {
 }
 
 /// Next number of a header.
-fn header(file: &File<'_>, stream: &mut Stream<'_>) -> Result<usize, String> {
+fn header(file: &File<'_>, stream: &mut ByteStream<'_>) -> Result<usize, String> {
     let size = if file.wide_header { 8 } else { 4 };
-    let bytes = stream.take(size)?;
+    let bytes = stream.read_bytes(size)?;
     let number = numbers(&bytes, Scalar::Unsigned(size), file.big_endian)[0];
     Ok(number as usize)
 }
 
-fn plain(file: &File<'_>, mut stream: Stream<'_>, expected: usize) -> Result<Vec<u8>, String> {
+fn plain(file: &File<'_>, mut stream: ByteStream<'_>, expected: usize) -> Result<Vec<u8>, String> {
     let found = header(file, &mut stream)?;
     if found != expected {
         return Err(format!("it has {found} bytes, expected {expected}"));
     }
-    stream.take(expected)
+    stream.read_bytes(expected)
 }
 
 /// Bytes to which an array may grow when it is decompressed, for each byte of the file and besides.
@@ -148,7 +148,11 @@ const INFLATION: usize = 100;
 const INFLATED: usize = 100 << 20;
 
 /// Bytes of compressed blocks. All have the same size except the last, each compressed by itself.
-fn inflated(file: &File<'_>, mut stream: Stream<'_>, expected: usize) -> Result<Vec<u8>, String> {
+fn inflated(
+    file: &File<'_>,
+    mut stream: ByteStream<'_>,
+    expected: usize,
+) -> Result<Vec<u8>, String> {
     let blocks = header(file, &mut stream)?;
     let (block, last) = (header(file, &mut stream)?, header(file, &mut stream)?);
     let last = if last == 0 { block } else { last };
@@ -173,7 +177,7 @@ fn inflated(file: &File<'_>, mut stream: Stream<'_>, expected: usize) -> Result<
     for (i, size) in sizes.into_iter().enumerate() {
         let length = if i + 1 == blocks { last } else { block };
         let before = bytes.len();
-        let compressed = stream.take(size)?;
+        let compressed = stream.read_bytes(size)?;
         let decoder = ZlibDecoder::new(&compressed[..]);
         let read = decoder.take(length as u64 + 1).read_to_end(&mut bytes);
         read.map_err(|e| format!("it cannot be decompressed: {e}"))?;
@@ -216,15 +220,15 @@ mod tests {
     /// Two successive runs of base64, the first with padding, taken across their border.
     #[test]
     fn base64_is_taken_across_its_padding() {
-        let stream = || Stream::new(&b"AQIDBA==BQYHCAk="[..], true);
-        assert_eq!(stream().take(9).unwrap(), [1, 2, 3, 4, 5, 6, 7, 8, 9]);
+        let stream = || ByteStream::new(&b"AQIDBA==BQYHCAk="[..], true);
+        assert_eq!(stream().read_bytes(9).unwrap(), [1, 2, 3, 4, 5, 6, 7, 8, 9]);
         let mut stream = stream();
-        assert_eq!(stream.take(2).unwrap(), [1, 2]);
-        assert_eq!(stream.take(4).unwrap(), [3, 4, 5, 6]);
-        assert_eq!(stream.take(3).unwrap(), [7, 8, 9]);
-        assert!(stream.take(1).is_err());
+        assert_eq!(stream.read_bytes(2).unwrap(), [1, 2]);
+        assert_eq!(stream.read_bytes(4).unwrap(), [3, 4, 5, 6]);
+        assert_eq!(stream.read_bytes(3).unwrap(), [7, 8, 9]);
+        assert!(stream.read_bytes(1).is_err());
         for count in [usize::MAX, usize::MAX / 2, 100] {
-            assert!(stream.take(count).is_err(), "{count}");
+            assert!(stream.read_bytes(count).is_err(), "{count}");
         }
     }
 }

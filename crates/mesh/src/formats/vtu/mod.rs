@@ -37,7 +37,7 @@ const LEAST_NUMBERING: usize = 4;
 
 /// Kind of a cell.
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Cell {
+enum VtuCell {
     Solid(ElementType),
     Facet(usize),
     /// Line of so many nodes, or of any number.
@@ -45,7 +45,7 @@ enum Cell {
     Points,
 }
 
-impl Cell {
+impl VtuCell {
     fn dimension(self) -> u8 {
         match self {
             Self::Solid(_) => 3,
@@ -57,8 +57,8 @@ impl Cell {
 }
 
 /// Kind of a cell by VTK's number of its type and its number of nodes.
-fn cell(kind: f64, nodes: usize) -> Option<Cell> {
-    let solid = |nodes| ElementType::with_nodes(nodes).map(Cell::Solid);
+fn cell(kind: f64, nodes: usize) -> Option<VtuCell> {
+    let solid = |nodes| ElementType::from_node_count(nodes).map(VtuCell::Solid);
     match kind as i64 {
         10 => solid(4),
         11 | 12 => solid(8),
@@ -68,15 +68,15 @@ fn cell(kind: f64, nodes: usize) -> Option<Cell> {
         25 => solid(20),
         26 => solid(15),
         27 => solid(13),
-        7 if matches!(nodes, 3 | 4) => Some(Cell::Facet(nodes)),
-        5 => Some(Cell::Facet(3)),
-        8 | 9 => Some(Cell::Facet(4)),
-        22 => Some(Cell::Facet(6)),
-        23 => Some(Cell::Facet(8)),
-        3 => Some(Cell::Line(Some(2))),
-        21 => Some(Cell::Line(Some(3))),
-        4 => Some(Cell::Line(None)),
-        1 | 2 => Some(Cell::Points),
+        7 if matches!(nodes, 3 | 4) => Some(VtuCell::Facet(nodes)),
+        5 => Some(VtuCell::Facet(3)),
+        8 | 9 => Some(VtuCell::Facet(4)),
+        22 => Some(VtuCell::Facet(6)),
+        23 => Some(VtuCell::Facet(8)),
+        3 => Some(VtuCell::Line(Some(2))),
+        21 => Some(VtuCell::Line(Some(3))),
+        4 => Some(VtuCell::Line(None)),
+        1 | 2 => Some(VtuCell::Points),
         _ => None,
     }
 }
@@ -92,7 +92,7 @@ const TURNED_WEDGE: [usize; 15] = [0, 2, 1, 3, 5, 4, 8, 7, 6, 11, 10, 9, 12, 14,
 /// Bytes that are not a whole VTU file, or cells that are not read: see [`MeshError`].
 pub fn parse(bytes: &[u8]) -> Result<Content, MeshError> {
     let file = xml::read(bytes)?;
-    let mut grid = Grid::default();
+    let mut grid = VtuGrid::default();
     for piece in &file.pieces {
         grid.add(&file, piece)?;
     }
@@ -104,16 +104,16 @@ pub fn parse(bytes: &[u8]) -> Result<Content, MeshError> {
     grid.groups(&file)?;
     let mut content = grid.content;
     if !(content.groups.contains_key(ALL) || content.elements.is_empty()) {
-        content.groups.insert(ALL.to_owned(), content.all_solids());
+        content.groups.insert(ALL.to_owned(), content.solid_group());
     }
     content.name_all();
-    content.keep_what_solids_have()?;
+    content.drop_unused()?;
     Ok(content)
 }
 
 /// Cell of the file with its nodes: an element, or nodes alone.
 struct Placed {
-    cell: Cell,
+    cell: VtuCell,
     /// Index among the elements or the facets.
     index: u32,
     /// Nodes of lines and points.
@@ -121,27 +121,27 @@ struct Placed {
 }
 
 #[derive(Default)]
-struct Grid {
+struct VtuGrid {
     content: Content,
     cells: Vec<Placed>,
 }
 
 fn named<'a, 'b>(arrays: &'b [Array<'a>], name: &str) -> Result<&'b Array<'a>, MeshError> {
-    let found = arrays
+    let array = arrays
         .iter()
         .find(|array| array.name.eq_ignore_ascii_case(name));
-    found.ok_or_else(|| xml::broken(format!("a piece lacks the array `{name}` of <Cells>")))
+    array.ok_or_else(|| xml::xml_error(format!("a piece lacks the array `{name}` of <Cells>")))
 }
 
-impl Grid {
+impl VtuGrid {
     fn add(&mut self, file: &File<'_>, piece: &Piece<'_>) -> Result<(), MeshError> {
         let first = self.content.nodes.len();
         if piece.points > 0 {
             let Some(positions) = piece.positions.first() else {
-                return Err(xml::broken("a piece has no array in <Points>"));
+                return Err(xml::xml_error("a piece has no array in <Points>"));
             };
             if positions.components != 3 {
-                return Err(xml::broken(
+                return Err(xml::xml_error(
                     "the array in <Points> has not three components",
                 ));
             }
@@ -159,7 +159,7 @@ impl Grid {
         let offsets = values(file, named(&piece.topology, "offsets")?, piece.cells)?;
         let total = offsets.last().copied().unwrap_or(0.0);
         if !(0.0..4e9).contains(&total) {
-            return Err(xml::broken(format!(
+            return Err(xml::xml_error(format!(
                 "the last offset of <Cells> is {total}"
             )));
         }
@@ -173,7 +173,7 @@ impl Grid {
             let end = *end as usize;
             let tag = self.cells.len() as u64;
             let Some(nodes) = connectivity.get(begin..end) else {
-                return Err(xml::broken(format!(
+                return Err(xml::xml_error(format!(
                     "the offsets of <Cells> go back at cell {tag}"
                 )));
             };
@@ -189,14 +189,14 @@ impl Grid {
             return Err(MeshError::CellType { cell: tag, kind });
         };
         let expected = match cell {
-            Cell::Solid(element) => Some(element.nodes()),
-            Cell::Facet(nodes) => Some(nodes),
-            Cell::Line(nodes) => nodes,
-            Cell::Points => None,
+            VtuCell::Solid(element) => Some(element.nodes()),
+            VtuCell::Facet(nodes) => Some(nodes),
+            VtuCell::Line(nodes) => nodes,
+            VtuCell::Points => None,
         };
         if expected.is_some_and(|expected| expected != nodes.len()) {
             let found = nodes.len();
-            return Err(xml::broken(format!(
+            return Err(xml::xml_error(format!(
                 "cell {tag} of type {kind} has {found} nodes"
             )));
         }
@@ -210,18 +210,18 @@ impl Grid {
             nodes: Vec::new(),
         };
         match cell {
-            Cell::Solid(element) => {
+            VtuCell::Solid(element) => {
                 placed.index = self.content.elements.len() as u32;
                 let nodes = self.upright(element, nodes);
                 let kept = collapse::solid(tag, &nodes, &self.content.node_tags)?;
                 self.content.elements.push(tag, kept.iter().copied());
             }
-            Cell::Facet(_) => {
+            VtuCell::Facet(_) => {
                 placed.index = self.content.facets.len() as u32;
                 let kept = collapse::facet(tag, &nodes, &self.content.node_tags)?;
                 self.content.facets.push(tag, kept.iter().copied());
             }
-            Cell::Line(_) | Cell::Points => {
+            VtuCell::Line(_) | VtuCell::Points => {
                 self.content.other_nodes.extend(&nodes);
                 placed.nodes = nodes;
             }
@@ -299,9 +299,9 @@ impl Grid {
         let mut group = Group::empty(dimension);
         for placed in cells.iter().map(|i| &self.cells[*i]) {
             let nodes = match placed.cell {
-                Cell::Solid(_) => self.content.elements.of(placed.index as usize),
-                Cell::Facet(_) => self.content.facets.of(placed.index as usize),
-                Cell::Line(_) | Cell::Points => &placed.nodes,
+                VtuCell::Solid(_) => self.content.elements.element_nodes(placed.index as usize),
+                VtuCell::Facet(_) => self.content.facets.element_nodes(placed.index as usize),
+                VtuCell::Line(_) | VtuCell::Points => &placed.nodes,
             };
             group.nodes.extend(nodes);
             if dimension >= 2 {
@@ -332,18 +332,18 @@ impl Grid {
 
 /// Numbers of nodes in the whole grid.
 fn indices(nodes: &[f64], points: usize, first: usize, cell: u64) -> Result<Vec<u32>, MeshError> {
-    let mut found = Vec::with_capacity(nodes.len());
+    let mut positions = Vec::with_capacity(nodes.len());
     for node in nodes {
         let in_piece = *node as usize;
         if *node < 0.0 || node.fract() != 0.0 || in_piece >= points {
-            return Err(xml::broken(format!(
+            return Err(xml::xml_error(format!(
                 "cell {cell} names point {node}, and its piece has {points}"
             )));
         }
         let index = (first + in_piece) as u32;
-        found.push(index);
+        positions.push(index);
     }
-    Ok(found)
+    Ok(positions)
 }
 
 /// Values of arrays of one component that every part of the grid has, if all are whole numbers and
@@ -359,9 +359,9 @@ fn whole_arrays<'a>(
         .map(of)
         .filter(|(count, _)| *count > 0)
         .collect();
-    let mut found = BTreeMap::new();
+    let mut joined_arrays = BTreeMap::new();
     let Some((_, first)) = pieces.first() else {
-        return Ok(found);
+        return Ok(joined_arrays);
     };
     let names: BTreeSet<&str> = first.iter().map(|array| array.name.as_str()).collect();
     let mut numberings = Vec::new();
@@ -380,7 +380,7 @@ fn whole_arrays<'a>(
         if distinct == values.len() && distinct >= LEAST_NUMBERING {
             numberings.push(format!("`{name}`"));
         } else {
-            found.insert(name.to_owned(), values);
+            joined_arrays.insert(name.to_owned(), values);
         }
     }
     if !numberings.is_empty() {
@@ -389,7 +389,7 @@ fn whole_arrays<'a>(
             "These arrays have another number everywhere and give no groups: {names}."
         ));
     }
-    Ok(found)
+    Ok(joined_arrays)
 }
 
 /// Values of the array `name` in all parts of the grid, each with their number; `None` where a part

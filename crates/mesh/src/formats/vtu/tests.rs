@@ -183,7 +183,7 @@ fn pieces_follow_one_another() {
     )
     .unwrap();
     assert_eq!((content.nodes.len(), content.elements.len()), (12, 4));
-    assert_eq!(content.elements.of(3), [7, 8, 9, 10]);
+    assert_eq!(content.elements.element_nodes(3), [7, 8, 9, 10]);
     assert_eq!(content.groups["part 8 volume"].elements, [2, 3]);
     assert!(!content.groups.contains_key("load"));
     assert!(content.remarks[0].contains("nodes that stand in two of them are not joined"));
@@ -209,12 +209,12 @@ fn nodes_in_other_orders_are_turned() {
     };
     let wedge = "0 0 0 1 0 0 0 1 0 0 0 1 1 0 1 0 1 1";
     let upright = parse(file(wedge, 6, "0 1 2 3 4 5", 13).as_bytes()).unwrap();
-    assert_eq!(upright.elements.of(0), [0, 1, 2, 3, 4, 5]);
+    assert_eq!(upright.elements.element_nodes(0), [0, 1, 2, 3, 4, 5]);
     let inside_out = parse(file(wedge, 6, "0 2 1 3 5 4", 13).as_bytes()).unwrap();
-    assert_eq!(inside_out.elements.of(0), [0, 1, 2, 3, 4, 5]);
+    assert_eq!(inside_out.elements.element_nodes(0), [0, 1, 2, 3, 4, 5]);
     let cube = "0 0 0 1 0 0 0 1 0 1 1 0 0 0 1 1 0 1 0 1 1 1 1 1";
     let voxel = parse(file(cube, 8, "0 1 2 3 4 5 6 7", 11).as_bytes()).unwrap();
-    assert_eq!(voxel.elements.of(0), [0, 1, 3, 2, 4, 5, 7, 6]);
+    assert_eq!(voxel.elements.element_nodes(0), [0, 1, 3, 2, 4, 5, 7, 6]);
 }
 
 /// A turned wedge of second order keeps its middles between their corners.
@@ -442,9 +442,9 @@ fn surfaces_alone_and_collapsed_cells_are_read() {
     let content = parse(file("0 0 0 1 0 0 0 1 0", "0 1 2", 5).as_bytes()).unwrap();
     assert_eq!(content.groups["all"].dimension, 2);
     let content = parse(file("0 0 0 1 0 0 1 1 0 0 1 0", "0 1 2 3", 7).as_bytes()).unwrap();
-    assert_eq!(content.facets.of(0), [0, 1, 2, 3]);
+    assert_eq!(content.facets.element_nodes(0), [0, 1, 2, 3]);
     let prism = "0 0 0 1 0 0 0 1 0 0 0 1 1 0 1 0 1 1";
     let content = parse(file(prism, "0 1 2 2 3 4 5 5", 12).as_bytes()).unwrap();
-    assert_eq!(content.elements.of(0), [0, 1, 2, 3, 4, 5]);
+    assert_eq!(content.elements.element_nodes(0), [0, 1, 2, 3, 4, 5]);
     assert!(parse(file(prism, "0 1 2 2 3 3 5 4", 12).as_bytes()).is_err());
 }

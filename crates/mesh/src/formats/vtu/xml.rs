@@ -40,7 +40,7 @@ impl Scalar {
 
 /// Position of the numbers of an array.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) enum Place {
+pub(super) enum ArrayPosition {
     /// Text between the tags.
     Ascii,
     /// Base64 between the tags.
@@ -56,7 +56,7 @@ pub(super) struct Array<'a> {
     /// Type of its numbers; `None` if the type is not one of numbers.
     pub scalar: Option<Scalar>,
     pub components: usize,
-    pub place: Place,
+    pub place: ArrayPosition,
     /// Text between its tags.
     pub text: Vec<&'a [u8]>,
 }
@@ -88,7 +88,7 @@ pub(super) struct File<'a> {
 }
 
 /// Error in the text of the file.
-pub(super) fn broken(reason: impl Into<String>) -> MeshError {
+pub(super) fn xml_error(reason: impl Into<String>) -> MeshError {
     let reason = reason.into();
     MeshError::Vtu { reason }
 }
@@ -115,22 +115,24 @@ pub(super) fn read(bytes: &[u8]) -> Result<File<'_>, MeshError> {
     let mut open: Vec<String> = Vec::new();
     let mut seen = false;
     loop {
-        let event = reader.read_event().map_err(|e| broken(e.to_string()))?;
+        let event = reader.read_event().map_err(|e| xml_error(e.to_string()))?;
         match event {
             Event::Start(tag) => {
                 let name = name_of(&tag);
-                file.begin(&open, &name, &tag)?;
+                file.open_element(&open, &name, &tag)?;
                 seen |= name == "VTKFile";
                 open.push(name);
             }
-            Event::Empty(tag) => file.begin(&open, &name_of(&tag), &tag)?,
+            Event::Empty(tag) => file.open_element(&open, &name_of(&tag), &tag)?,
             Event::End(_) => {
                 open.pop();
             }
             Event::Text(text) => {
                 let in_input: &[u8] = match text.into_inner() {
                     std::borrow::Cow::Borrowed(inner) => inner,
-                    std::borrow::Cow::Owned(_) => return Err(broken("text that cannot be read")),
+                    std::borrow::Cow::Owned(_) => {
+                        return Err(xml_error("text that cannot be read"));
+                    }
                 };
                 if let Some(array) = file.array_at(&open) {
                     array.text.push(in_input);
@@ -141,11 +143,14 @@ pub(super) fn read(bytes: &[u8]) -> Result<File<'_>, MeshError> {
         }
     }
     if !seen {
-        return Err(broken("it has no <VTKFile>"));
+        return Err(xml_error("it has no <VTKFile>"));
     }
     // The appended data are inside <VTKFile>.
     if open.len() > usize::from(file.appended.is_some()) {
-        return Err(broken(format!("<{}> is not closed", open[open.len() - 1])));
+        return Err(xml_error(format!(
+            "<{}> is not closed",
+            open[open.len() - 1]
+        )));
     }
     Ok(file)
 }
@@ -156,7 +161,7 @@ fn name_of(tag: &BytesStart<'_>) -> String {
 
 /// Appended data after their `_`, and whether they are base64.
 fn appended(bytes: &[u8]) -> Result<(&[u8], bool), MeshError> {
-    let cut = || broken("<AppendedData> is cut off");
+    let cut = || xml_error("<AppendedData> is cut off");
     let end = find(bytes, b">").ok_or_else(cut)?;
     let tag = String::from_utf8_lossy(&bytes[..end]).to_lowercase();
     let base64 = tag.contains("base64");
@@ -170,15 +175,15 @@ fn appended(bytes: &[u8]) -> Result<(&[u8], bool), MeshError> {
 fn attribute(tag: &BytesStart<'_>, name: &str) -> Result<Option<String>, MeshError> {
     let mut value = None;
     for attribute in tag.attributes().with_checks(false) {
-        let attribute = attribute.map_err(|e| broken(e.to_string()))?;
+        let attribute = attribute.map_err(|e| xml_error(e.to_string()))?;
         if attribute.key.as_ref() != name.as_bytes() {
             continue;
         }
         if value.is_some() {
-            return Err(broken(format!("a tag has the attribute {name} twice")));
+            return Err(xml_error(format!("a tag has the attribute {name} twice")));
         }
         let text = attribute.unescape_value();
-        value = Some(text.map_err(|e| broken(e.to_string()))?.into_owned());
+        value = Some(text.map_err(|e| xml_error(e.to_string()))?.into_owned());
     }
     Ok(value)
 }
@@ -188,13 +193,13 @@ fn count(tag: &BytesStart<'_>, name: &str) -> Result<Option<usize>, MeshError> {
     let value = attribute(tag, name)?;
     let number = |text: String| match text.trim().parse() {
         Ok(number) => Ok(number),
-        Err(_) => Err(broken(format!("{name}=\"{text}\" is not a number"))),
+        Err(_) => Err(xml_error(format!("{name}=\"{text}\" is not a number"))),
     };
     value.map(number).transpose()
 }
 
 impl<'a> File<'a> {
-    fn begin(
+    fn open_element(
         &mut self,
         open: &[String],
         name: &str,
@@ -266,11 +271,11 @@ fn array<'a>(tag: &BytesStart<'_>) -> Result<Array<'a>, MeshError> {
     let scalar = attribute(tag, "type")?.unwrap_or_default();
     let format = attribute(tag, "format")?.unwrap_or_default();
     let place = match format.to_lowercase().as_str() {
-        "ascii" => Place::Ascii,
-        "binary" => Place::Binary,
-        "appended" => Place::Appended(count(tag, "offset")?.unwrap_or(0)),
+        "ascii" => ArrayPosition::Ascii,
+        "binary" => ArrayPosition::Binary,
+        "appended" => ArrayPosition::Appended(count(tag, "offset")?.unwrap_or(0)),
         _ => {
-            return Err(broken(format!(
+            return Err(xml_error(format!(
                 "the array `{name}` has the format `{format}`, not ascii, binary or appended"
             )));
         }

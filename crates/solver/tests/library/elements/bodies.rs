@@ -3,7 +3,7 @@
 use dovetail_mesh::element::facet_corners;
 use dovetail_mesh::{Connectivity, ElementOrder, ElementType, Mesh};
 use dovetail_solver::model::{Body, DofMap, NodeMotion, Rotation};
-use dovetail_solver::model::{BodyPrestress, Material, Matrices};
+use dovetail_solver::model::{BodyPrestress, Material, MatrixOrigin};
 use dovetail_testkit::block::{block, distort, map_nodes, mixed_block};
 
 /// Elements of a block.
@@ -64,7 +64,7 @@ pub fn body_of(
         .count();
     Body {
         name: "block".into(),
-        matrices: Matrices::Elements(material),
+        matrices: MatrixOrigin::Elements(material),
         rotates: true,
         fixed_interface_modes: None,
         nodes_m: mesh.nodes_m.clone(),
@@ -98,7 +98,7 @@ pub fn body_with_flank(mesh: &Mesh, material: Material, flank: &str) -> Body {
     let mut motion: Vec<Option<NodeMotion>> = vec![None; mesh.nodes_m.len()];
     let mut corners: Vec<u32> = Vec::new();
     for &f in &mesh.groups[flank].elements {
-        let facet = mesh.facets.of(f as usize);
+        let facet = mesh.facets.element_nodes(f as usize);
         let (own, middles) = facet.split_at(facet_corners(facet.len()));
         corners.extend(own);
         for (i, &middle) in middles.iter().enumerate() {

@@ -6,12 +6,12 @@
 
 use std::collections::BTreeMap;
 
-use dovetail_mesh::interpolation::of_element;
+use dovetail_mesh::interpolation::element_functions;
 use dovetail_mesh::{ElementOrder, ElementType, Mesh, Shape};
 use dovetail_numerics::eigen::lowest_modes;
 use dovetail_numerics::sparse::{Cholesky, submatrix};
 use dovetail_solver::fem::elasticity::Lame;
-use dovetail_solver::model::{Material, Matrices};
+use dovetail_solver::model::{Material, MatrixOrigin};
 use dovetail_testkit::block::{FACES, distort, map_nodes};
 
 use super::algebra::*;
@@ -171,12 +171,12 @@ struct At<'a> {
 }
 
 /// Calls `visit` at all points of all elements.
-fn for_each_point(mesh: &Mesh, mut visit: impl FnMut(&At<'_>)) {
+fn visit_points(mesh: &Mesh, mut visit: impl FnMut(&At<'_>)) {
     type Tabulated = Vec<(Vec<f64>, Vec<[f64; 3]>, f64)>;
     let mut rules: BTreeMap<ElementType, Tabulated> = BTreeMap::new();
     for element in mesh.elements.types().into_keys() {
         let at = |(p, w): ([f64; 3], f64)| {
-            let functions = of_element(element, p);
+            let functions = element_functions(element, p);
             let values = functions.iter().map(|n| n.value).collect();
             (values, functions.iter().map(|n| n.gradient).collect(), w)
         };
@@ -185,7 +185,7 @@ fn for_each_point(mesh: &Mesh, mut visit: impl FnMut(&At<'_>)) {
     }
     for nodes in mesh.elements.iter() {
         let coords: Vec<[f64; 3]> = nodes.iter().map(|&n| mesh.nodes_m[n as usize]).collect();
-        for (values, reference, w) in &rules[&ElementType::with_nodes(nodes.len()).unwrap()] {
+        for (values, reference, w) in &rules[&ElementType::from_node_count(nodes.len()).unwrap()] {
             let mut j = [[0.0; 3]; 3];
             let mut x = [0.0; 3];
             for ((p, g), n) in coords.iter().zip(reference).zip(values) {
@@ -217,7 +217,7 @@ fn errors_of(mesh: &Mesh) -> [f64; 2] {
     let body = free_body(mesh);
     let k = matrices(&body).stiffness;
     let mut load = vec![0.0; k.nrows()];
-    for_each_point(mesh, |at| {
+    visit_points(mesh, |at| {
         let f = body_force(at.x);
         for (&node, n) in at.nodes.iter().zip(at.values) {
             (0..3).for_each(|r| load[3 * node as usize + r] += at.dv * n * f[r]);
@@ -252,7 +252,7 @@ fn errors_of(mesh: &Mesh) -> [f64; 2] {
         dot(&stress, &strain)
     };
     let (mut off, mut all) = ([0.0; 2], [0.0; 2]);
-    for_each_point(mesh, |at| {
+    visit_points(mesh, |at| {
         let (exact, exact_gradient) = (displacement(at.x), gradient(at.x));
         let (mut d, mut h) = (exact.map(|u| -u), exact_gradient.map(|row| row.map(|v| -v)));
         for ((&node, n), g) in at.nodes.iter().zip(at.values).zip(&at.gradients) {
@@ -421,7 +421,7 @@ fn sliding_block_errors(filling: Filling, shape: &Block, finer: usize, count: us
     let mut mesh = filling.block((shape.cells)(finer), shape.size);
     distort(&mut mesh, shape.size, shape.distortion * shape.size[2]);
     let mut body = free_body(&mesh);
-    body.matrices = Matrices::Elements(MATERIAL);
+    body.matrices = MatrixOrigin::Elements(MATERIAL);
     let all = matrices(&body);
     let mut held = vec![false; all.load_n.len()];
     for (axis, faces) in FACES.iter().enumerate() {

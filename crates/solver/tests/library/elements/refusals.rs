@@ -7,13 +7,13 @@ use dovetail_solver::model::BodyPrestress;
 use dovetail_solver::model::{Body, NodeMotion};
 use dovetail_testkit::block::block;
 use dovetail_testkit::block::straighten;
-use dovetail_testkit::threads::on_threads;
+use dovetail_testkit::threads::run_on_threads;
 use dovetail_testkit::words::has;
 use nalgebra_sparse::CscMatrix;
 
 use super::algebra::*;
 use super::bodies::*;
-use super::rotation::about_z;
+use super::rotation::rotation_about_z;
 
 #[test]
 fn the_number_of_threads_changes_no_bit() {
@@ -32,7 +32,7 @@ fn the_number_of_threads_changes_no_bit() {
             .collect::<Vec<f64>>())
     };
     let with_threads = |count: usize| {
-        on_threads(count, || {
+        run_on_threads(count, || {
             let matrices = assemble_body(&body, Some(&rotation), &made_up).unwrap();
             let own = mass_properties(&body, None).unwrap();
             (matrices, own.mass_kg)
@@ -69,7 +69,7 @@ fn bad_elements_and_nodes_are_named_by_their_tags() {
         // All of the last element in one plane.
         let mut flat = mesh.clone();
         let last = flat.elements.len() - 1;
-        for &n in flat.elements.of(last) {
+        for &n in flat.elements.element_nodes(last) {
             flat.nodes_m[n as usize][1] = 0.25;
         }
         straighten(&mut flat);
@@ -109,7 +109,7 @@ fn a_bar_held_at_its_outer_end_buckles_at_a_speed() {
     let body = body_with_flank(&mesh, STEEL, "x_max");
     let n = 3 * body.dofs.interior_nodes;
     let first = |speed: f64| {
-        let rotation = about_z(speed, BodyPrestress::HeldFlanks);
+        let rotation = rotation_about_z(speed, BodyPrestress::HeldFlanks);
         let all = assemble_body(&body, Some(&rotation), &solve).unwrap();
         eigenvalues(&all.stiffness, &all.mass, n)[0]
     };

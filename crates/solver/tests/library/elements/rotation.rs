@@ -32,7 +32,7 @@ fn bar(near_m: f64, length_m: f64, thickness_m: f64, cells: usize) -> Body {
     )
 }
 
-pub fn about_z(speed_rad_s: f64, prestress: BodyPrestress) -> Rotation {
+pub fn rotation_about_z(speed_rad_s: f64, prestress: BodyPrestress) -> Rotation {
     Rotation {
         point_m: [0.0; 3],
         axis: [0.0, 0.0, 1.0],
@@ -47,7 +47,12 @@ fn rotating_bar_stretches_as_the_textbook_says() {
     // E u' = rho W^2 (tip^2 - r^2) / 2 (Timoshenko, Theory of Elasticity), u = 0 at the near end.
     let (near, tip) = (0.1, 0.5);
     let body = bar(near, tip - near, 0.004, 20);
-    let all = assemble_body(&body, Some(&about_z(SPIN, BodyPrestress::None)), &never).unwrap();
+    let all = assemble_body(
+        &body,
+        Some(&rotation_about_z(SPIN, BodyPrestress::None)),
+        &never,
+    )
+    .unwrap();
     let u = held_displacement(&body, &all.stiffness, &all.load_n, &solve).unwrap();
     let c = STEEL.density_kg_m3 * SPIN * SPIN;
     let exact = |r: f64| {
@@ -81,7 +86,7 @@ fn rotating_cantilever_has_the_tabulated_frequencies() {
         / (length * length);
     let n = 3 * body.dofs.interior_nodes;
     for (speed, tabulated) in [(0.0, 3.5160), (2.0, 4.1373), (6.0, 7.3604), (12.0, 13.1702)] {
-        let rotation = about_z(speed * unit, BodyPrestress::HeldFlanks);
+        let rotation = rotation_about_z(speed * unit, BodyPrestress::HeldFlanks);
         let all = assemble_body(&body, Some(&rotation), &solve).unwrap();
         let w2 = eigenvalues(&all.stiffness, &all.mass, n);
         let (lag, flap) = (w2[0].sqrt() / unit, w2[1].sqrt() / unit);

@@ -14,8 +14,8 @@ const GROWTH: f64 = 0.5;
 
 impl Follower<'_> {
     /// Looks for the next motion behind a gap after an abscissa.
-    pub(super) fn look_beyond(&mut self, abscissa: f64) {
-        self.next = beyond(self.course, abscissa, self.gap(), self.next);
+    pub(super) fn skip_gap(&mut self, abscissa: f64) {
+        self.next = next_abscissa(self.course, abscissa, self.gap(), self.next);
     }
 
     /// Width of a gap.
@@ -25,7 +25,7 @@ impl Follower<'_> {
 
     /// Looks for the next motion behind the abscissa at which one was looked for last: the farther,
     /// the longer none was found.
-    pub(super) fn look_beyond_begin(&mut self) {
+    pub(super) fn skip_failed_start(&mut self) {
         let is_begun = |p: &SolvedFrequency| part_of(p) == Some(Part::Begun);
         let Some(last) = self.branch.points.iter().rposition(is_begun) else {
             return;
@@ -35,7 +35,7 @@ impl Follower<'_> {
     }
 
     /// Looks for the next motion behind an abscissa without a model.
-    pub(super) fn look_beyond_missing(&mut self, abscissa: f64) {
+    pub(super) fn skip_missing_model(&mut self, abscissa: f64) {
         self.look_farther(abscissa, self.branch.points.len());
     }
 
@@ -43,16 +43,16 @@ impl Follower<'_> {
     /// none of the first `known` points has one.
     fn look_farther(&mut self, abscissa: f64, known: usize) {
         let mut before = self.branch.points[..known].iter().rev();
-        let found = before.find(|p| p.orbit.outcome.holds());
-        let found = found.map_or(self.course.from, SolvedFrequency::abscissa);
-        let gap = (self.gap()).max(GROWTH * (abscissa - found).abs());
-        self.next = beyond(self.course, abscissa, gap, abscissa);
+        let last_balanced = before.find(|p| p.orbit.outcome.is_balanced());
+        let from = last_balanced.map_or(self.course.from, SolvedFrequency::abscissa);
+        let gap = (self.gap()).max(GROWTH * (abscissa - from).abs());
+        self.next = next_abscissa(self.course, abscissa, gap, abscissa);
     }
 }
 
 /// Abscissa behind a gap after another one, within the course, and not behind the one at which a
 /// motion was looked for last: a branch that turned back may be lost on its way back.
-fn beyond(course: Course, abscissa: f64, gap: f64, looked_for: f64) -> f64 {
+fn next_abscissa(course: Course, abscissa: f64, gap: f64, looked_for: f64) -> f64 {
     let Course { from, to } = course;
     let left = |from: f64| (to - from).abs();
     let next = if left(abscissa) > gap {
@@ -77,7 +77,7 @@ mod tests {
             let course = Course { from, to };
             let at = |share: f64| from + share * (to - from);
             let next = |share: f64, looked_for: f64| {
-                beyond(course, at(share), GAP * course.range(), at(looked_for))
+                next_abscissa(course, at(share), GAP * course.range(), at(looked_for))
             };
             assert_eq!(next(0.0, 0.0), at(GAP));
             assert_eq!(next(0.5, 0.2), at(0.5 + GAP));

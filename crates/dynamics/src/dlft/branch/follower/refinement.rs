@@ -4,9 +4,9 @@ use super::fold_between::fold_between;
 use super::tops::{Top, top_of_curve};
 use super::{Follower, RECENT};
 use crate::dlft::Part;
-use crate::dlft::branch::over::{Over, Solvers};
-use crate::dlft::branch::trace::{FoldStart, Found, Point, Tracer};
-use crate::dlft::point::Work;
+use crate::dlft::branch::over::{ContinuationParameter, Solvers};
+use crate::dlft::branch::trace::{CurvePoint, CurveSolution, FoldStart, Tracer};
+use crate::dlft::point::SolverWork;
 
 /// Most points that are added at a peak or a fold.
 const MOST_ADDED: usize = 8;
@@ -20,7 +20,7 @@ const FOLD_ERROR: f64 = 2e-4;
 impl Follower<'_> {
     /// Adds points where an observed amplitude has a peak between the last points, until nothing
     /// tells of a top above the highest of them.
-    pub(super) fn refine_peaks(&mut self, over: &dyn Over) {
+    pub(super) fn refine_peaks(&mut self, over: &dyn ContinuationParameter) {
         let observed = self.recent.first().map_or(0, |p| p.heights.len());
         for observation in 0..observed {
             for _ in 0..MOST_ADDED {
@@ -38,13 +38,14 @@ impl Follower<'_> {
                     (BESIDE * behind, false),
                     (0.0, true),
                 ];
-                let found = tries.into_iter().find_map(|(off, may_retain)| {
-                    let solve = |tracer: &Tracer, ends: [&Point; 2], length, work: &mut Work| {
-                        tracer.inside(over, ends, length, may_retain, work)
-                    };
+                let peak = tries.into_iter().find_map(|(off, may_retain)| {
+                    let solve =
+                        |tracer: &Tracer, ends: [&CurvePoint; 2], length, work: &mut SolverWork| {
+                            tracer.inside(over, ends, length, may_retain, work)
+                        };
                     self.add(over, solve, ends.each_ref(), length + off)
                 });
-                let Some(added) = found else {
+                let Some(added) = peak else {
                     break;
                 };
                 self.recent.insert(after + 1, added);
@@ -57,7 +58,7 @@ impl Follower<'_> {
 
     /// Adds points where the curve folds between the last two points, until the tangents of those
     /// on both sides of the fold meet little beyond them.
-    pub(super) fn refine_fold(&mut self, over: &dyn Over) {
+    pub(super) fn refine_fold(&mut self, over: &dyn ContinuationParameter) {
         let [.., before, after] = &self.recent[..] else {
             return;
         };
@@ -71,11 +72,11 @@ impl Follower<'_> {
             let Some(start) = fold_between(places, ways, error) else {
                 return;
             };
-            let solve = |tracer: &Tracer, ends: [&Point; 2], length, work: &mut Work| {
-                tracer.beside_fold(over, ends, start, length, work)
+            let solve = |tracer: &Tracer, ends: [&CurvePoint; 2], length, work: &mut SolverWork| {
+                tracer.solve_near_fold(over, ends, start, length, work)
             };
-            let all = ways[0].max(0.0) + ways[1].max(0.0);
-            let per_way = (second.length - first.length) / all;
+            let total = ways[0].max(0.0) + ways[1].max(0.0);
+            let per_way = (second.length - first.length) / total;
             let length = match start {
                 FoldStart::AheadOfFirst(way) => first.length + way * per_way,
                 FoldStart::BehindSecond(way) => second.length - way * per_way,
@@ -93,22 +94,22 @@ impl Follower<'_> {
     /// Solves for the point of the curve at a length between two points.
     fn add(
         &mut self,
-        over: &dyn Over,
-        solve: impl Fn(&Tracer, [&Point; 2], f64, &mut Work) -> Option<Found>,
-        ends: [&Point; 2],
+        over: &dyn ContinuationParameter,
+        solve: impl Fn(&Tracer, [&CurvePoint; 2], f64, &mut SolverWork) -> Option<CurveSolution>,
+        ends: [&CurvePoint; 2],
         length: f64,
-    ) -> Option<Point> {
+    ) -> Option<CurvePoint> {
         let run = self.run;
         let tracer = self.tracer.as_ref()?;
         self.work.start_counting(run.most_seconds);
         let work = &mut self.work;
-        let mut found = solve(tracer, ends, length, work)?;
+        let mut solution = solve(tracer, ends, length, work)?;
         let level = self.level;
         let solvers = Solvers { over, level };
-        let (at, length) = (found.abscissa, found.length);
-        found.solution = solvers.on_curve(at, found.solution, work)?;
-        let point = tracer.point_at(over, &found, ends, work)?;
-        let resolved = run.judged_at(solvers, at, found.solution, work)?;
+        let (at, length) = (solution.abscissa, solution.length);
+        solution.solution = solvers.curve_solution(at, solution.solution, work)?;
+        let point = tracer.point_at(over, &solution, ends, work)?;
+        let resolved = run.judged_at(solvers, at, solution.solution, work)?;
         self.record(over, resolved, at, length, Part::Added);
         Some(point)
     }

@@ -2,10 +2,10 @@
 
 use super::{Follower, RECENT, remember};
 use crate::dlft::branch::followed::part_of;
-use crate::dlft::branch::over::{Over, Solvers};
+use crate::dlft::branch::over::{ContinuationParameter, Solvers};
 use crate::dlft::branch::trace::Tracer;
-use crate::dlft::point::Work;
-use crate::dlft::{Part, SolvedFrequency, Told};
+use crate::dlft::point::SolverWork;
+use crate::dlft::{Part, SolvedFrequency, SweepProgress};
 
 /// Frequencies of a stretch at least. At the end of one the follower goes on from what is recorded
 /// of its points, with nothing else that only speeds up the solution: an interrupted run continues
@@ -15,7 +15,7 @@ pub(crate) const STRETCH: usize = 20;
 impl Follower<'_> {
     /// Takes over the stretches of the branch that an earlier run completed.
     pub(super) fn restore(&mut self) {
-        let earlier = self.run.earlier_along(self.from_last);
+        let earlier = self.run.earlier_points(self.from_last);
         let of = |solved: &SolvedFrequency| solved.along.as_ref().map_or(0, |along| along.step);
         let steps: Vec<&[&SolvedFrequency]> = earlier.chunk_by(|a, b| of(a) == of(b)).collect();
         let (mut complete, mut solved, mut stretch_from) = (0, 0, 0);
@@ -30,20 +30,20 @@ impl Follower<'_> {
         }
         for solved in steps[..complete].concat() {
             self.solved += 1;
-            (self.run.tell)(Told::Solved(solved));
+            (self.run.tell)(SweepProgress::Solved(solved));
             self.branch.keep(solved.clone());
         }
         let last = self.branch.points.iter().filter_map(|p| p.along.as_ref());
         if let Some(last) = last.map(|a| a.step).max() {
             self.step = last + 1;
-            self.begin_stretch(&*self.over());
+            self.begin_stretch(&*self.parameter());
         }
     }
 
     /// Goes on from what is recorded of the last points alone.
-    pub(super) fn begin_stretch(&mut self, over: &dyn Over) {
+    pub(super) fn begin_stretch(&mut self, over: &dyn ContinuationParameter) {
         self.stretch_from = self.solved;
-        self.work = Work::default();
+        self.work = SolverWork::default();
         self.tracer = None;
         self.recent.clear();
         let of_curve =
@@ -74,12 +74,12 @@ impl Follower<'_> {
             };
             remember(&mut self.recent, tracer.last(), point.orbit.outcome);
         }
-        self.look_beyond_begin();
+        self.skip_failed_start();
         // No direction was found: the branch is lost where it came to, not where it began.
         if self.tracer.is_none()
             && let Some(last) = self.branch.points.last().map(SolvedFrequency::abscissa)
         {
-            self.look_beyond(last);
+            self.skip_gap(last);
         }
     }
 }

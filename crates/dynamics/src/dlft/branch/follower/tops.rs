@@ -1,6 +1,6 @@
 //! Tops of an observed amplitude between points of a curve, from slopes and amplitudes.
 
-use crate::dlft::branch::trace::{Height, Point};
+use crate::dlft::branch::trace::{CurvePoint, Height};
 use crate::dlft::peaks::{inside, vertex};
 
 /// A peak is found where neither the cubic through two points and their slopes nor the parabola
@@ -21,7 +21,11 @@ pub(crate) struct Top {
 /// Highest top of an observed amplitude above the points of a curve that are beside it; `None` where
 /// there is none. The slopes tell where it lies, to a high order where the curve is smooth; at a
 /// corner, where they do not, three amplitudes do. Slopes up to the length `searched` are left out.
-pub(crate) fn top_of_curve(points: &[Point], searched: f64, observation: usize) -> Option<Top> {
+pub(crate) fn top_of_curve(
+    points: &[CurvePoint],
+    searched: f64,
+    observation: usize,
+) -> Option<Top> {
     let places: Vec<(f64, Height)> = points
         .iter()
         .map(|p| (p.length, p.heights[observation]))

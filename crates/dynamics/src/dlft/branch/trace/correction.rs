@@ -2,10 +2,10 @@
 //! holds there, or at an abscissa.
 
 use super::Tracer;
-use super::point::Point;
+use super::point::CurvePoint;
 use crate::dlft::branch::bordered::{Plane, Prediction, correct};
-use crate::dlft::branch::over::Over;
-use crate::dlft::point::{Neighbour, Solution, Work};
+use crate::dlft::branch::over::ContinuationParameter;
+use crate::dlft::point::{Neighbour, Solution, SolverWork};
 use crate::dlft::retention::Mean;
 use dovetail_numerics::nonlinear::NewtonOptions;
 
@@ -15,12 +15,12 @@ impl Tracer {
     /// neither is found, the mean may be retained where friction does not hold the bodies.
     pub(super) fn corrected_between(
         &self,
-        ends: [&Point; 2],
-        over: &dyn Over,
+        ends: [&CurvePoint; 2],
+        over: &dyn ContinuationParameter,
         plane: &Plane,
         starts: &[Prediction],
         may_retain: bool,
-        work: &mut Work,
+        work: &mut SolverWork,
     ) -> Option<(Solution, f64)> {
         let first = starts.first()?;
         let options = self.newton(over, first.abscissa)?;
@@ -29,9 +29,9 @@ impl Tracer {
         let solvers = self.solvers(over);
         for &mean in &means {
             for start in starts {
-                let found = correct(solvers, plane, start, mean, options, work);
-                if let Some(found) = found.filter(|(found, _)| found.is_converged()) {
-                    return Some(found);
+                let solution = correct(solvers, plane, start, mean, options, work);
+                if let Some(solution) = solution.filter(|(solution, _)| solution.is_converged()) {
+                    return Some(solution);
                 }
             }
         }
@@ -43,12 +43,12 @@ impl Tracer {
     /// friction does not hold the bodies any more; `None` where none is found.
     pub(super) fn corrected(
         &self,
-        over: &dyn Over,
+        over: &dyn ContinuationParameter,
         plane: &Plane,
         start: &Prediction,
         mean: Mean,
         options: NewtonOptions,
-        work: &mut Work,
+        work: &mut SolverWork,
     ) -> Option<(Solution, f64)> {
         let (found, abscissa) = correct(self.solvers(over), plane, start, mean, options, work)?;
         if found.is_converged() {
@@ -61,31 +61,31 @@ impl Tracer {
     /// bodies.
     fn retained(
         &self,
-        over: &dyn Over,
+        over: &dyn ContinuationParameter,
         plane: &Plane,
         start: &Prediction,
         options: NewtonOptions,
-        work: &mut Work,
+        work: &mut SolverWork,
     ) -> Option<(Solution, f64)> {
         let solvers = self.solvers(over);
         let (found, abscissa) = correct(solvers, plane, start, Mean::Retained, options, work)?;
         if !found.is_converged() {
             return None;
         }
-        let found = solvers.on_curve(abscissa, found, work)?;
-        let is_retained = found.balance.mean() == Mean::Retained;
-        (is_retained && found.is_converged()).then_some((found, abscissa))
+        let settled = solvers.curve_solution(abscissa, found, work)?;
+        let is_retained = settled.balance.mean() == Mean::Retained;
+        (is_retained && settled.is_converged()).then_some((settled, abscissa))
     }
 
     /// Solution at an abscissa ahead, found in all the ways that a frequency is solved in. `None`
     /// where a fold may lie before it.
-    pub(super) fn at_abscissa_ahead(
+    pub(super) fn solve_ahead(
         &mut self,
-        over: &dyn Over,
+        over: &dyn ContinuationParameter,
         abscissa: f64,
-        work: &mut Work,
+        work: &mut SolverWork,
     ) -> Option<(Solution, f64)> {
-        let Point { direction, .. } = &self.last;
+        let CurvePoint { direction, .. } = &self.last;
         let moved_by = abscissa - self.last.abscissa;
         let is_before = |failed: f64| (failed - abscissa) * moved_by >= 0.0;
         if moved_by / direction.abscissa < 0.5 * self.step || self.failed.is_some_and(is_before) {
@@ -106,9 +106,9 @@ impl Tracer {
             slope,
             mean: self.last.mean,
         };
-        let solver = self.solvers(over).at(abscissa)?;
-        let found = solver.solve(frequency_hz, Some(&neighbour), work);
-        self.failed = (!found.is_converged()).then_some(abscissa);
-        found.is_converged().then_some((found, abscissa))
+        let solver = self.solvers(over).solver(abscissa)?;
+        let solution = solver.solve(frequency_hz, Some(&neighbour), work);
+        self.failed = (!solution.is_converged()).then_some(abscissa);
+        solution.is_converged().then_some((solution, abscissa))
     }
 }

@@ -1,6 +1,6 @@
 //! Cubic through two points of a curve and their directions, which joins them.
 
-use super::point::Point;
+use super::point::CurvePoint;
 use crate::dlft::branch::bordered::Prediction;
 use dovetail_numerics::vector::axpy;
 
@@ -10,7 +10,7 @@ const BISECTIONS: usize = 50;
 
 /// U and abscissa of the cubic through two points and their directions, 0 at the first and 1 at
 /// the second.
-pub(crate) fn between(first: &Point, second: &Point, t: f64) -> Prediction {
+pub(crate) fn interpolate(first: &CurvePoint, second: &CurvePoint, t: f64) -> Prediction {
     let [at_first, at_second, along_first, along_second] = weights(first, second, t);
     let mut u: Vec<f64> = first.u.iter().map(|u| at_first * u).collect();
     axpy(at_second, &second.u, &mut u);
@@ -22,8 +22,8 @@ pub(crate) fn between(first: &Point, second: &Point, t: f64) -> Prediction {
     }
 }
 
-/// Abscissa of the cubic, as [`between`] has it.
-fn abscissa_between(first: &Point, second: &Point, t: f64) -> f64 {
+/// Abscissa of the cubic, as [`interpolate`] has it.
+fn abscissa_between(first: &CurvePoint, second: &CurvePoint, t: f64) -> f64 {
     let [at_first, at_second, along_first, along_second] = weights(first, second, t);
     at_first * first.abscissa
         + at_second * second.abscissa
@@ -32,7 +32,7 @@ fn abscissa_between(first: &Point, second: &Point, t: f64) -> f64 {
 }
 
 /// Weights of the values and of the directions of two points in the cubic through both.
-fn weights(first: &Point, second: &Point, t: f64) -> [f64; 4] {
+fn weights(first: &CurvePoint, second: &CurvePoint, t: f64) -> [f64; 4] {
     let span = second.length - first.length;
     let at_second = t * t * (3.0 - 2.0 * t);
     let along_first = span * t * (1.0 - t) * (1.0 - t);
@@ -41,7 +41,7 @@ fn weights(first: &Point, second: &Point, t: f64) -> [f64; 4] {
 }
 
 /// Fractions of the cubic between two points at which it crosses an abscissa.
-pub(crate) fn crossings(first: &Point, second: &Point, abscissa: f64) -> Vec<f64> {
+pub(crate) fn crossings(first: &CurvePoint, second: &CurvePoint, abscissa: f64) -> Vec<f64> {
     let off = |t: f64| abscissa_between(first, second, t) - abscissa;
     let at = |i: u32| f64::from(i) / f64::from(PARTS);
     let crosses = |i: &u32| (off(at(*i)) > 0.0) != (off(at(i + 1)) > 0.0);

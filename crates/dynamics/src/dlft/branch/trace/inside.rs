@@ -1,11 +1,11 @@
 //! Further points between two points of a curve, at a peak or beside a fold.
 
-use super::cubic::between;
-use super::point::{Ahead, Measured, Point, gauge, motion_of};
-use super::{Found, Tracer};
+use super::cubic::interpolate;
+use super::point::{Ahead, CurvePoint, Measured, gauge, motion_of};
+use super::{CurveSolution, Tracer};
 use crate::dlft::branch::bordered::Plane;
-use crate::dlft::branch::over::{Over, SolutionAt};
-use crate::dlft::point::Work;
+use crate::dlft::branch::over::{ContinuationParameter, SolutionAt};
+use crate::dlft::point::SolverWork;
 
 /// Start for a point at a fold, so far along the tangent of one of two points beside the fold.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -22,22 +22,26 @@ impl Tracer {
     /// hold the bodies.
     pub(crate) fn inside(
         &self,
-        over: &dyn Over,
-        ends: [&Point; 2],
+        over: &dyn ContinuationParameter,
+        ends: [&CurvePoint; 2],
         length: f64,
         may_retain: bool,
-        work: &mut Work,
-    ) -> Option<Found> {
+        work: &mut SolverWork,
+    ) -> Option<CurveSolution> {
         let [first, second] = ends;
         let span = second.length - first.length;
         let way = length - first.length;
-        let on_cubic = between(first, second, way / span);
+        let on_cubic = interpolate(first, second, way / span);
         let plane = first.plane(span, &on_cubic);
         // Beside a corner the tangents of its sides are nearer to the curve than the cubic.
-        let starts = [on_cubic, first.ahead(way), second.ahead(way - span)];
+        let starts = [
+            on_cubic,
+            first.extrapolate(way),
+            second.extrapolate(way - span),
+        ];
         let (solution, abscissa) =
             self.corrected_between(ends, over, &plane, &starts, may_retain, work)?;
-        Some(Found {
+        Some(CurveSolution {
             solution,
             abscissa,
             length,
@@ -47,28 +51,28 @@ impl Tracer {
     /// Solution at a length of the curve between two points beside a fold, which may be a corner. It
     /// is looked for in the plane across the line that joins both points: a curve from one to the
     /// other crosses it however sharply it turns.
-    pub(crate) fn beside_fold(
+    pub(crate) fn solve_near_fold(
         &self,
-        over: &dyn Over,
-        ends: [&Point; 2],
+        over: &dyn ContinuationParameter,
+        ends: [&CurvePoint; 2],
         start: FoldStart,
         length: f64,
-        work: &mut Work,
-    ) -> Option<Found> {
+        work: &mut SolverWork,
+    ) -> Option<CurveSolution> {
         let [first, second] = ends;
         let near = match start {
-            FoldStart::AheadOfFirst(way) => first.ahead(way),
-            FoldStart::BehindSecond(way) => second.ahead(-way),
+            FoldStart::AheadOfFirst(way) => first.extrapolate(way),
+            FoldStart::BehindSecond(way) => second.extrapolate(-way),
         };
         let (joins, scales) = (first.to(second), first.scales);
         let squared = scales.length(&joins).powi(2);
         let solvers = self.solvers(over);
         let balance = solvers.balance(near.abscissa, first.mean)?;
         let gauge = gauge(over, solvers.place(&balance, &near.u, near.abscissa))?;
-        let plane = Plane::across(&scales.across(&gauge, &joins), squared, &near);
+        let plane = Plane::normal_to(&scales.border_row(&gauge, &joins), squared, &near);
         let (solution, abscissa) =
             self.corrected_between(ends, over, &plane, &[near], true, work)?;
-        Some(Found {
+        Some(CurveSolution {
             solution,
             abscissa,
             length,
@@ -79,11 +83,11 @@ impl Tracer {
     /// to whose direction it is nearer. Behind a corner the curve may run back.
     pub(crate) fn point_at(
         &self,
-        over: &dyn Over,
-        found: &Found,
-        [first, second]: [&Point; 2],
-        work: &mut Work,
-    ) -> Option<Point> {
+        over: &dyn ContinuationParameter,
+        found: &CurveSolution,
+        [first, second]: [&CurvePoint; 2],
+        work: &mut SolverWork,
+    ) -> Option<CurvePoint> {
         let at = SolutionAt {
             solution: &found.solution,
             abscissa: found.abscissa,
@@ -95,7 +99,7 @@ impl Tracer {
             length: found.length,
         };
         let ahead = Ahead::Along(first.tangent());
-        let mut point = Point::at(self.solvers(over), at, measured, &ahead, work)?;
+        let mut point = CurvePoint::new(self.solvers(over), at, measured, &ahead, work)?;
         let [like_first, like_second] = [first, second].map(|p| p.cosine(&point));
         if like_second.abs() > like_first.abs() && like_second < 0.0 {
             point.turn();

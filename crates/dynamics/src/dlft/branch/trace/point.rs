@@ -2,8 +2,8 @@
 
 use crate::dlft::branch::bordered::{Plane, Prediction, direction};
 use crate::dlft::branch::gauge::{BorderRow, Change, Direction, Gauge, Scales, motion};
-use crate::dlft::branch::over::{Over, Place, SolutionAt, Solvers};
-use crate::dlft::point::{Work, resized};
+use crate::dlft::branch::over::{ContinuationParameter, DerivativePoint, SolutionAt, Solvers};
+use crate::dlft::point::{SolverWork, resized};
 use crate::dlft::retention::Mean;
 use dovetail_numerics::vector::axpy;
 
@@ -12,7 +12,7 @@ const DIFFERENCE: f64 = 1e-6;
 
 /// Point of a curve, from which the next one is found.
 #[derive(Debug, Clone)]
-pub(crate) struct Point {
+pub(crate) struct CurvePoint {
     /// Abscissa of the curve, such as the frequency, Hz.
     pub abscissa: f64,
     /// Coefficients, m.
@@ -61,7 +61,7 @@ pub(super) struct Measured {
     pub(super) length: f64,
 }
 
-impl Point {
+impl CurvePoint {
     /// Cosine of the angle between the curve here and at another point.
     pub(super) fn cosine(&self, other: &Self) -> f64 {
         let (own, along) = (self.tangent(), other.tangent());
@@ -124,7 +124,7 @@ impl Point {
     }
 
     /// U and the abscissa so far along the direction of the point.
-    pub(super) fn ahead(&self, length: f64) -> Prediction {
+    pub(super) fn extrapolate(&self, length: f64) -> Prediction {
         let mut u = self.u.clone();
         axpy(length, &self.direction.u, &mut u);
         let abscissa = self.abscissa + length * self.direction.abscissa;
@@ -133,16 +133,16 @@ impl Point {
 
     /// Plane across the direction of the point, through another one, in units of the step h.
     pub(super) fn plane(&self, h: f64, through: &Prediction) -> Plane {
-        Plane::across(&self.across, h, through)
+        Plane::normal_to(&self.across, h, through)
     }
 
     /// Point at a solution. The length of the curve grows in the direction of `ahead`.
-    pub(super) fn at(
+    pub(super) fn new(
         solvers: Solvers<'_>,
         at: SolutionAt<'_>,
         measured: Measured,
         ahead: &Ahead,
-        work: &mut Work,
+        work: &mut SolverWork,
     ) -> Option<Self> {
         let SolutionAt { solution, abscissa } = at;
         let Measured {
@@ -156,11 +156,11 @@ impl Point {
                 row: vec![0.0; solution.u.len()],
                 corner: *sign,
             },
-            Ahead::Along(change) => scales.across(&gauge, change),
+            Ahead::Along(change) => scales.border_row(&gauge, change),
         };
         let mut direction = direction(solvers, at, grows, work)?;
         let mut tangent = Change {
-            motion: gauge.along(&direction),
+            motion: gauge.directional_change(&direction),
             abscissa: direction.abscissa,
         };
         // Of length 1.
@@ -176,7 +176,7 @@ impl Point {
             u: solution.u.clone(),
             mean: solution.balance.mean(),
             motion,
-            across: scales.across(&gauge, &tangent),
+            across: scales.border_row(&gauge, &tangent),
             scales,
             direction,
             motion_along: tangent.motion,
@@ -186,16 +186,16 @@ impl Point {
 }
 
 /// Motion T of a solution.
-pub(super) fn motion_of(over: &dyn Over, at: SolutionAt<'_>) -> Vec<f64> {
+pub(super) fn motion_of(over: &dyn ContinuationParameter, at: SolutionAt<'_>) -> Vec<f64> {
     let frequency_hz = over.frequency_hz(at.abscissa);
     motion(&at.solution.balance, &at.solution.u, frequency_hz)
 }
 
 /// Gauge at a place; `None` where there are no models near it.
-pub(super) fn gauge(over: &dyn Over, place: Place<'_>) -> Option<Gauge> {
+pub(super) fn gauge(over: &dyn ContinuationParameter, place: DerivativePoint<'_>) -> Option<Gauge> {
     let slope = over.motion_slope(place)?;
     let frequency_hz = over.frequency_hz(place.abscissa);
-    Some(Gauge::at(place.balance, place.u, frequency_hz, slope))
+    Some(Gauge::new(place.balance, place.u, frequency_hz, slope))
 }
 
 /// Observed amplitudes at a solution, and their changes along a direction of length 1.

@@ -1,6 +1,6 @@
 use super::*;
 use crate::contact::PairLaw;
-use crate::dlft::branch::{folds, follow, so_far, stable};
+use crate::dlft::branch::{folds, follow, partial_response, stable};
 use crate::dlft::eps::Eps;
 use crate::dlft::made_up::{self, mass_with_a_stop, recorded};
 use crate::dlft::settings::{EpsChoice, Resolution};
@@ -28,7 +28,7 @@ fn model(problem: Problem, damping: Rayleigh) -> Arc<ModelAt> {
 }
 
 /// Settings whose eps does not depend on the frequency.
-fn of_mass(frequencies_hz: Vec<f64>) -> SweepSettings {
+fn mass_settings(frequencies_hz: Vec<f64>) -> SweepSettings {
     SweepSettings {
         eps: Eps::new(EpsChoice::Pair),
         slip_threshold_m: Some(1e-9),
@@ -46,7 +46,7 @@ fn range(values: &[f64], logarithmic: bool, frequency_hz: f64) -> ValueRange {
 }
 
 /// Amplitudes of the motions at one value, ascending.
-fn at(curve: &ValueCurve, value: f64) -> Vec<f64> {
+fn amplitudes_at(curve: &ValueCurve, value: f64) -> Vec<f64> {
     let points = curve.values.iter().zip(&curve.response.orbits);
     let at = points.filter(|(v, _)| **v == value);
     let mut amplitudes: Vec<f64> = at.map(|(_, o)| o.observed_amplitude[0]).collect();
@@ -55,7 +55,7 @@ fn at(curve: &ValueCurve, value: f64) -> Vec<f64> {
 }
 
 /// Amplitude at one frequency of a model, solved by itself.
-fn alone(model: &ModelAt, settings: &SweepSettings, frequency_hz: f64) -> f64 {
+fn single_amplitude(model: &ModelAt, settings: &SweepSettings, frequency_hz: f64) -> f64 {
     let settings = SweepSettings {
         frequencies_hz: vec![frequency_hz],
         ..settings.clone()
@@ -75,7 +75,7 @@ fn alone(model: &ModelAt, settings: &SweepSettings, frequency_hz: f64) -> f64 {
 #[test]
 fn over_the_force_and_over_the_frequency_are_the_same_motions() {
     let frequency_hz = 0.19;
-    let settings = of_mass(vec![0.1, frequency_hz, 0.4]);
+    let settings = mass_settings(vec![0.1, frequency_hz, 0.4]);
     let over_frequency = |force: f64| {
         let ModelAt {
             problem,
@@ -101,7 +101,7 @@ fn over_the_force_and_over_the_frequency_are_the_same_motions() {
             panic!("{:?}", curve.several);
         };
         assert!(several.from < 0.1 && several.to > 0.1, "{several:?}");
-        let found = at(&curve, 0.1);
+        let found = amplitudes_at(&curve, 0.1);
         assert_eq!(found.len(), 3, "{found:?}");
         for (a, b) in found.iter().zip(&expected) {
             assert!((a / b - 1.0).abs() < 1e-6, "{found:?} {expected:?}");
@@ -137,7 +137,7 @@ fn over_the_clearance_a_mass_leaves_its_linear_motion_where_it_touches_the_stop(
     let frequency_hz = 0.19;
     let w = TAU * frequency_hz;
     let linear_m = 0.1 / (1.0 - w * w).hypot(0.03 * w);
-    let settings = of_mass(vec![]);
+    let settings = mass_settings(vec![]);
     let model_of = |gap_m: f64| Some(model(mass(gap_m, 0.1), made_up::DAMPING));
     let values = [0.05, linear_m, 1.0, 4.0];
     let range = range(&values, false, frequency_hz);
@@ -158,13 +158,13 @@ fn over_the_clearance_a_mass_leaves_its_linear_motion_where_it_touches_the_stop(
     assert!(counts.iter().all(|count| *count > 8), "{counts:?}");
     // The stable motion that does touch it.
     let touching = model(mass(0.05, 0.1), made_up::DAMPING);
-    let alone = alone(&touching, &settings, frequency_hz);
-    let [only] = at(&curve, 0.05)[..] else {
+    let alone = single_amplitude(&touching, &settings, frequency_hz);
+    let [only] = amplitudes_at(&curve, 0.05)[..] else {
         panic!("{:?}", curve.values);
     };
     assert!((only / alone - 1.0).abs() < 1e-6, "{only} {alone}");
     // At 1 m the response over the frequency has the same three.
-    assert_eq!(at(&curve, 1.0).len(), 3);
+    assert_eq!(amplitudes_at(&curve, 1.0).len(), 3);
 }
 
 /// 72 pairs: the force takes them from sticking to slipping all, and the friction moves their static
@@ -206,8 +206,9 @@ fn a_curve_passes_the_motions_of_single_values() {
         );
         assert!(curve.values.len() < 80, "{}", curve.values.len());
         for value in values {
-            let expected = alone(&model_of(*value).unwrap(), &settings, range.frequency_hz);
-            let found = at(&curve, *value);
+            let expected =
+                single_amplitude(&model_of(*value).unwrap(), &settings, range.frequency_hz);
+            let found = amplitudes_at(&curve, *value);
             let off = |a: &f64| (a / expected - 1.0).abs();
             let nearest = found.iter().map(off).reduce(f64::min);
             assert!(
@@ -221,7 +222,7 @@ fn a_curve_passes_the_motions_of_single_values() {
 /// Wherever the run was broken off, between two points of either branch.
 #[test]
 fn a_curve_that_was_broken_off_goes_on_to_the_same_bits() {
-    let settings = of_mass(vec![]);
+    let settings = mass_settings(vec![]);
     let model_of = |force: f64| Some(model(mass(1.0, force), made_up::DAMPING));
     let values: Vec<f64> = (0..41).map(|i| 0.02 + 0.01 * f64::from(i)).collect();
     let range = range(&values, false, 0.19);
@@ -248,14 +249,14 @@ fn a_curve_that_was_broken_off_goes_on_to_the_same_bits() {
         assert!(again == whole, "{low} {high}");
         assert!(told.len() >= earlier.len());
     }
-    let all = so_far(told);
+    let all = partial_response(told);
     assert!(range.curve(all).values.len() >= values.len());
 }
 
 /// Where some values have no model, the curve has a gap, and goes on behind it.
 #[test]
 fn a_curve_goes_on_behind_values_without_a_model() {
-    let settings = of_mass(vec![]);
+    let settings = mass_settings(vec![]);
     let model_of = |gap_m: f64| {
         let has_none = (0.9..1.1).contains(&gap_m);
         (!has_none).then(|| model(mass(gap_m, 0.1), made_up::DAMPING))
@@ -306,7 +307,7 @@ fn the_column_of_a_value_is_that_by_differences() {
             damping,
             state,
         } = &*first;
-        let run = Run::new(problem, *damping, state, &settings, &[], &|_| ());
+        let run = SweepSolvers::new(problem, *damping, state, &settings, &[], &|_| ());
         let values = Values {
             run: &run,
             range,
@@ -314,7 +315,7 @@ fn the_column_of_a_value_is_that_by_differences() {
             first: Arc::clone(&first),
             slip_threshold_m: None,
         };
-        let over = values.over(None);
+        let over = values.parameter(None);
         let balance = |at: f64| {
             let refinement = over.refinement(at).unwrap();
             let balance = refinement.level(0).balance(frequency_hz, Mean::Free);
@@ -330,7 +331,7 @@ fn the_column_of_a_value_is_that_by_differences() {
         let u: Vec<f64> = solved.u.iter().enumerate().map(moved).collect();
         let evaluation = solved.balance.evaluate(&u);
         let jacobian = solved.balance.linearise(&evaluation);
-        let place = Place {
+        let place = DerivativePoint {
             balance: &solved.balance,
             level: 0,
             u: &u,
