@@ -102,11 +102,11 @@ pub enum RunError {
     )]
     WearEnds { reached: String, cycles: String },
 
-    /// `dovetail mesh` for a scene with a reduced model.
+    /// A command that needs a mesh, for a scene with a reduced model.
     #[error("the scene \"{scene}\" has no mesh: it is about a reduced model")]
     #[diagnostic(help(
-        "`dovetail static` and `dovetail run` compute with it; `dovetail mesh` and `dovetail reduce` need a scene with [mesh] \
-         instead of [reduced_model]"
+        "this command needs a scene with [mesh] instead of [reduced_model]; `dovetail static` and `dovetail run` compute with \
+         a reduced model"
     ))]
     NoMesh { scene: String },
 

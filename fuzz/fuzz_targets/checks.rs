@@ -55,7 +55,7 @@ fn lists(nodes: usize, elements: &Connectivity, facets: &Connectivity) {
     assert!(
         elements
             .iter()
-            .all(|e| ElementType::with_nodes(e.len()).is_some())
+            .all(|e| ElementType::from_node_count(e.len()).is_some())
     );
     assert!(facets.iter().all(|f| [3, 4, 6, 8].contains(&f.len())));
 }

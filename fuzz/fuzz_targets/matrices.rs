@@ -21,7 +21,7 @@ fn read(bytes: &[u8]) {
             assert!(error.to_string().len() < 2_000);
         }
     }
-    let matrices = match parse(path, bytes).and_then(|matrices| matrices.all()) {
+    let matrices = match parse(path, bytes).and_then(|matrices| matrices.read_all()) {
         Ok(matrices) => matrices,
         Err(error) => {
             assert!(error.to_string().len() < 2_000);

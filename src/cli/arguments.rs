@@ -1,7 +1,7 @@
 //! Defines the words of the command line, and what each of them asks for.
 
 use std::ops::RangeInclusive;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::{Args, Parser, Subcommand, ValueEnum, ValueHint};
 use clap_complete::Shell;
@@ -88,6 +88,13 @@ pub(super) struct Cli {
     pub(super) shared: Shared,
 }
 
+impl Cli {
+    /// Keys of the scene that the command line sets, as `KEY=VALUE`.
+    pub(super) fn overrides(&self) -> Vec<String> {
+        self.shared.overrides.clone()
+    }
+}
+
 /// The options of all commands about a scene or a study.
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Options of all commands about scenes and studies")]
@@ -144,12 +151,33 @@ pub(super) enum Command {
     /// Write a scene with its geometry to begin with
     #[command(after_help = "Example:\n  dovetail new my_blade --template fir-tree")]
     New(New),
-    /// The whole chain: mesh, static state, response, fields and plots
-    #[command(after_help = RUN_HELP)]
-    Run(RunArguments),
+    #[command(flatten)]
+    Scene(SceneCommand),
     /// List the groups and materials of a mesh file, for a scene to name
     #[command(after_help = "Example:\n  dovetail groups my_part.inp")]
     Groups(MeshFile),
+    /// Run a scene over ranges of its keys: errors, costs, responses
+    #[command(after_help = "Example:\n  dovetail study studies/quick.toml --jobs 2")]
+    Study(StudyArguments),
+    /// Print the JSON schema of scene or study files, for editors
+    #[command(after_help = "Example:\n  dovetail schema scene > scene.schema.json")]
+    Schema(Schema),
+    /// Print the completions of a shell
+    #[command(
+        after_help = "Example, as a line of ~/.bashrc:\n  source <(dovetail completions bash)"
+    )]
+    Completions(Completions),
+    /// Write the man pages into a folder
+    #[command(after_help = "Example:\n  dovetail man ~/.local/share/man/man1")]
+    Man(Man),
+}
+
+/// Commands about a scene.
+#[derive(Debug, Subcommand)]
+pub(super) enum SceneCommand {
+    /// The whole chain: mesh, static state, response, fields and plots
+    #[command(after_help = RUN_HELP)]
+    Run(RunArguments),
     /// Only read or make the mesh, and pair the flanks
     #[command(after_help = "Example:\n  dovetail mesh scene.toml --set mesh.parameters.nu=8")]
     Mesh(SceneFile),
@@ -180,20 +208,25 @@ pub(super) enum Command {
     /// Only check the scene file; nothing is computed or written
     #[command(after_help = "Example:\n  dovetail check scene.toml")]
     Check(SceneFile),
-    /// Run a scene over ranges of its keys: errors, costs, responses
-    #[command(after_help = "Example:\n  dovetail study studies/quick.toml --jobs 2")]
-    Study(StudyArguments),
-    /// Print the JSON schema of scene or study files, for editors
-    #[command(after_help = "Example:\n  dovetail schema scene > scene.schema.json")]
-    Schema(Schema),
-    /// Print the completions of a shell
-    #[command(
-        after_help = "Example, as a line of ~/.bashrc:\n  source <(dovetail completions bash)"
-    )]
-    Completions(Completions),
-    /// Write the man pages into a folder
-    #[command(after_help = "Example:\n  dovetail man ~/.local/share/man/man1")]
-    Man(Man),
+}
+
+impl SceneCommand {
+    /// File of the scene.
+    pub(super) fn file(&self) -> &Path {
+        match self {
+            Self::Run(RunArguments { file, .. })
+            | Self::Mesh(file)
+            | Self::Modes(ModesArguments { file, .. })
+            | Self::Reduce(Reduce { file, .. })
+            | Self::Static(Static { file, .. })
+            | Self::Peaks(PeaksArguments { file, .. })
+            | Self::Curve(CurveArguments { file, .. })
+            | Self::Backbone(BackboneArguments { file, .. })
+            | Self::Wear(WearArguments { file, .. })
+            | Self::Verify(VerifyArguments { file, .. })
+            | Self::Check(file) => &file.scene,
+        }
+    }
 }
 
 #[derive(Debug, Args)]
@@ -685,7 +718,9 @@ mod tests {
             assert_eq!(shared.overrides, ["x=1", "y=2"]);
             assert_eq!((shared.threads, shared.quiet), (Some(2), true));
             assert_eq!(shared.out.as_deref(), Some(Path::new("o")));
-            assert!(matches!(cli.command, Command::Run(r) if r.file.scene == Path::new("a.toml")));
+            assert!(
+                matches!(cli.command, Command::Scene(SceneCommand::Run(r)) if r.file.scene == Path::new("a.toml"))
+            );
         }
     }
 
@@ -693,7 +728,7 @@ mod tests {
     fn frequencies_are_repeated_or_listed() {
         let line = "dovetail verify a.toml --at 450.1,451 --at 452 --periods 5 --from-rest";
         let cli = Cli::try_parse_from(line.split(' ')).unwrap();
-        let Command::Verify(arguments) = cli.command else {
+        let Command::Scene(SceneCommand::Verify(arguments)) = cli.command else {
             panic!("not verify");
         };
         let asked = arguments.request();
@@ -705,7 +740,9 @@ mod tests {
     fn engine_orders_are_repeated_or_listed() {
         let line = "dovetail modes a.toml --rpm 0:5000:3 --orders 4,36 --orders 40";
         let cli = Cli::try_parse_from(line.split(' ')).unwrap();
-        assert!(matches!(cli.command, Command::Modes(m) if m.orders == [4, 36, 40]));
+        assert!(
+            matches!(cli.command, Command::Scene(SceneCommand::Modes(m)) if m.orders == [4, 36, 40])
+        );
     }
 
     #[test]

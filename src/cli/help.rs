@@ -5,10 +5,10 @@ use std::path::Path;
 
 use clap::error::ErrorKind;
 use clap::parser::ValueSource;
-use clap::{Arg, ArgMatches, CommandFactory, FromArgMatches};
+use clap::{Arg, ArgMatches, CommandFactory, FromArgMatches, Subcommand};
 use clap_complete::Shell;
 
-use super::arguments::{Cli, Command};
+use super::arguments::{Cli, SceneCommand};
 use super::error::Error;
 use crate::error::RunError;
 use dovetail_export::{create_folder, write_file};
@@ -39,7 +39,7 @@ fn shared(command: &clap::Command) -> impl Iterator<Item = &Arg> {
 
 /// Returns `true` if a command is about a scene or a study.
 fn takes_shared(name: &str) -> bool {
-    !["new", "groups", "schema", "completions", "man", "help"].contains(&name)
+    SceneCommand::has_subcommand(name) || name == "study"
 }
 
 /// Parses the command line.
@@ -98,42 +98,13 @@ pub(super) fn man_pages(folder: &Path) -> Result<(), Error> {
     Ok(())
 }
 
-impl Command {
-    /// File of the scene of the command.
-    pub(super) fn scene(&self) -> Option<&Path> {
-        use super::arguments::{
-            BackboneArguments, CurveArguments, ModesArguments, PeaksArguments, Reduce,
-            RunArguments, Static, VerifyArguments, WearArguments,
-        };
-        match self {
-            Self::Run(RunArguments { file, .. })
-            | Self::Modes(ModesArguments { file, .. })
-            | Self::Peaks(PeaksArguments { file, .. })
-            | Self::Curve(CurveArguments { file, .. })
-            | Self::Backbone(BackboneArguments { file, .. })
-            | Self::Wear(WearArguments { file, .. })
-            | Self::Verify(VerifyArguments { file, .. })
-            | Self::Reduce(Reduce { file, .. })
-            | Self::Mesh(file)
-            | Self::Static(Static { file, .. })
-            | Self::Check(file) => Some(&file.scene),
-            Self::Study(_)
-            | Self::New(_)
-            | Self::Groups(_)
-            | Self::Schema(_)
-            | Self::Completions(_)
-            | Self::Man(_) => None,
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     /// Number of lines of a large window. The help of the program, which has all commands and the
     /// options of all of them, is the longest.
-    const MOST_LINES: usize = 44;
+    const MOST_LINES: usize = 48;
 
     fn help_of(name: &str) -> String {
         let words = ["dovetail", "help", name].map(OsString::from);
@@ -163,6 +134,30 @@ mod tests {
             assert!(page.lines().count() <= MOST_LINES, "{page}");
             let wide = page.lines().find(|line| line.chars().count() > WIDTH);
             assert_eq!(wide, None, "{page}");
+        }
+    }
+
+    /// docs/command_line.md, and docs/study.md for the options of `study`.
+    #[test]
+    fn the_book_has_each_command_and_option() {
+        let page = |name: &str| {
+            let path = Path::new(env!("CARGO_MANIFEST_DIR"))
+                .join("docs")
+                .join(name);
+            std::fs::read_to_string(path).unwrap()
+        };
+        let [pages, studies] = ["command_line.md", "study.md"].map(page);
+        let command = command();
+        let visible = |arg: &&Arg| !arg.is_hide_set() || arg.is_global_set();
+        for sub in command.get_subcommands() {
+            let name = sub.get_name();
+            assert!(pages.contains(&format!("dovetail {name} ")), "{name}");
+            let options = sub.get_arguments().filter(visible);
+            for option in options.filter_map(Arg::get_long) {
+                let word = format!("--{option}");
+                let in_studies = name == "study" && studies.contains(&word);
+                assert!(pages.contains(&word) || in_studies, "{name} {word}");
+            }
         }
     }
 

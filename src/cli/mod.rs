@@ -26,7 +26,7 @@ use std::sync::Arc;
 pub use self::error::Error;
 
 use self::arguments::{
-    Cli, Command, FileKind, ModesArguments, New, Reduce, RunArguments, cache_settings,
+    Cli, Command, FileKind, ModesArguments, New, Reduce, RunArguments, SceneCommand, cache_settings,
 };
 use crate::commands::{self, Workspace, table_of_nodal_diameters};
 use crate::console::Console;
@@ -78,12 +78,12 @@ pub fn main() -> ExitCode {
 
 fn run(cli: &Cli) -> Result<(), Error> {
     let mut console = Console::new(cli.shared.verbosity());
-    if let Some(file) = cli.command.scene() {
-        let done = run_scene_command(cli, file, &mut console);
-        return done.map_err(|error| error.located(file, &cli.shared.overrides));
-    }
     let print = |text: &str| terminal::print(text).map_err(Error::Print);
     match &cli.command {
+        Command::Scene(command) => {
+            let done = run_scene_command(cli, command, &mut console);
+            done.map_err(|error| error.located(command.file(), &cli.overrides()))
+        }
         Command::Study(arguments) => {
             let reporter = Reporter::new(&mut console, None);
             let options = arguments.options(&cli.shared);
@@ -107,37 +107,31 @@ fn run(cli: &Cli) -> Result<(), Error> {
         }
         Command::Completions(arguments) => print(&help::completions(arguments.shell)),
         Command::Man(arguments) => help::man_pages(&arguments.folder),
-        // They are about a scene, above.
-        Command::Run(_)
-        | Command::Mesh(_)
-        | Command::Modes(_)
-        | Command::Reduce(_)
-        | Command::Static(_)
-        | Command::Peaks(_)
-        | Command::Curve(_)
-        | Command::Backbone(_)
-        | Command::Wear(_)
-        | Command::Verify(_)
-        | Command::Check(_) => Ok(()),
     }
 }
 
-fn run_scene_command(cli: &Cli, file: &Path, console: &mut Console) -> Result<(), Error> {
+fn run_scene_command(
+    cli: &Cli,
+    command: &SceneCommand,
+    console: &mut Console,
+) -> Result<(), Error> {
     // Results do not depend on --threads.
     factorise_on_one_thread();
     let shared = &cli.shared;
-    let scene = scene::load(file, &shared.overrides)?;
+    let file = command.file();
+    let overrides = cli.overrides();
+    let scene = scene::load(file, &overrides)?;
     start_threads(shared.threads.map(usize::from))?;
     let of_scene = || Path::new("output").join(&scene.name);
-    let out = shared.out.clone().unwrap_or_else(|| match &cli.command {
+    let out = shared.out.clone().unwrap_or_else(|| match command {
         // Another scene reads it, and the runs of this one leave it alone.
-        Command::Reduce(Reduce {
+        SceneCommand::Reduce(Reduce {
             into_cache: false, ..
         }) => of_scene().join("reduced_model"),
         _ => of_scene(),
     });
-    let run = match &cli.command {
-        Command::Run(run) => Some(run),
+    let run = match command {
+        SceneCommand::Run(run) => Some(run),
         _ => None,
     };
     let output = Output {
@@ -146,9 +140,9 @@ fn run_scene_command(cli: &Cli, file: &Path, console: &mut Console) -> Result<()
         fields: run.is_none_or(|run| !run.no_fields),
         frames: run.and_then(|run| run.frames),
         whole_disc: run.is_some_and(|run| run.whole_disc),
-        stress_points: match &cli.command {
-            Command::Run(run) => run.stress_points,
-            Command::Static(of) => of.stress_points,
+        stress_points: match command {
+            SceneCommand::Run(run) => run.stress_points,
+            SceneCommand::Static(of) => of.stress_points,
             _ => false,
         },
         further_plots: run.map_or_else(Vec::new, RunArguments::further_plots),
@@ -159,8 +153,8 @@ fn run_scene_command(cli: &Cli, file: &Path, console: &mut Console) -> Result<()
     } else {
         OtherScene::Refuse
     };
-    match &cli.command {
-        Command::Reduce(Reduce {
+    match command {
+        SceneCommand::Reduce(Reduce {
             into_cache: true,
             held_modes,
             ..
@@ -174,13 +168,13 @@ fn run_scene_command(cli: &Cli, file: &Path, console: &mut Console) -> Result<()
             };
             Ok(work.reduce_into_cache(*held_modes)?)
         }
-        Command::Check(_) => Ok(commands::check(&scene, &Reporter::new(console, None))?),
+        SceneCommand::Check(_) => Ok(commands::check(&scene, &Reporter::new(console, None))?),
         command => {
             // A signal that comes while the folder is opened is heard once it is.
             let signals = interruption::signals().map_err(Error::Signals)?;
             let files = files(command, &scene, &output, other)?;
             let ended = handle_endings(command, &files, signals, console).and_then(|()| {
-                let asked = (command, &shared.overrides[..]);
+                let asked = (command, &overrides[..]);
                 run_with_files(asked, &scene, &output, cache, &files, console)
             });
             ended.inspect_err(|error| files.locked().failed(error))
@@ -208,14 +202,14 @@ fn start_threads(asked: Option<usize>) -> Result<(), Error> {
 
 /// Files of a command in their folder. An interrupted command leaves them readable.
 fn files(
-    command: &Command,
+    command: &SceneCommand,
     scene: &Scene,
     output: &Output,
     other: OtherScene,
 ) -> Result<Arc<SharedFiles>, Error> {
     let beginning = match command {
-        Command::Run(RunArguments { resume: true, .. }) => Beginning::Resumed,
-        Command::Run(_) | Command::Static(_) => Beginning::Anew,
+        SceneCommand::Run(RunArguments { resume: true, .. }) => Beginning::Resumed,
+        SceneCommand::Run(_) | SceneCommand::Static(_) => Beginning::Anew,
         _ => Beginning::Beside,
     };
     let files = RunFiles::open(scene, output, other, beginning)?;
@@ -225,7 +219,7 @@ fn files(
 /// Sets up the final record in the folder for a process that ends by a signal, by the end of its
 /// input or by lack of memory.
 fn handle_endings(
-    command: &Command,
+    command: &SceneCommand,
     files: &Arc<SharedFiles>,
     signals: signal_hook::iterator::Signals,
     console: &Console,
@@ -239,7 +233,7 @@ fn handle_endings(
         lines.last(&message);
     });
     interruption::handle_signals(signals, last_word.clone()).map_err(Error::Start)?;
-    if matches!(command, Command::Run(arguments) if arguments.until_stdin_ends) {
+    if matches!(command, SceneCommand::Run(arguments) if arguments.until_stdin_ends) {
         interruption::handle_end_of_stdin(last_word).map_err(Error::Start)?;
     }
     let out_of_memory = Arc::clone(files);
@@ -251,7 +245,7 @@ fn handle_endings(
 
 /// Executes a command about a scene, which was loaded with these keys set: computes, writes, prints.
 fn run_with_files(
-    (command, overrides): (&Command, &[String]),
+    (command, overrides): (&SceneCommand, &[String]),
     scene: &Scene,
     output: &Output,
     cache: Cache,
@@ -273,16 +267,16 @@ fn run_with_files(
         scene::load(&output.scene_file, &both).map_err(Error::from)
     };
     match command {
-        Command::Run(_) | Command::Static(_) => {
+        SceneCommand::Run(_) | SceneCommand::Static(_) => {
             let options = Options {
                 fields: output.fields,
-                held_modes: matches!(command, Command::Run(run) if run.held_modes),
+                held_modes: matches!(command, SceneCommand::Run(run) if run.held_modes),
             };
             if output.whole_disc {
                 work.is_about_a_disc()?;
             }
             let run = match command {
-                Command::Static(_) => work.static_state(options),
+                SceneCommand::Static(_) => work.static_state(options),
                 _ => work.solve(options),
             }?;
             let verdict = run.verdict().map_err(RunError::from);
@@ -300,11 +294,11 @@ fn run_with_files(
             ))?;
             Ok(verdict?)
         }
-        Command::Mesh(_) => {
+        SceneCommand::Mesh(_) => {
             work.mesh()?;
             finish(&Ok(()))
         }
-        Command::Modes(ModesArguments {
+        SceneCommand::Modes(ModesArguments {
             rpm: None,
             nodal_diameter,
             ..
@@ -319,7 +313,7 @@ fn run_with_files(
             )?;
             finish(&Ok(()))
         }
-        Command::Modes(ModesArguments {
+        SceneCommand::Modes(ModesArguments {
             rpm: Some(speeds),
             orders,
             ..
@@ -327,48 +321,42 @@ fn run_with_files(
             print(&work.campbell(*speeds, orders)?)?;
             finish(&Ok(()))
         }
-        Command::Peaks(arguments) => {
+        SceneCommand::Peaks(arguments) => {
             let (table, verdict) = work.peaks(&arguments.question()?, &scene_with)?;
             finish(&verdict)?;
             print(&table)?;
             Ok(verdict?)
         }
-        Command::Curve(arguments) => {
+        SceneCommand::Curve(arguments) => {
             let (table, verdict) = work.curve(&arguments.request(), &scene_with)?;
             finish(&verdict)?;
             print(&table)?;
             Ok(verdict?)
         }
-        Command::Backbone(arguments) => {
+        SceneCommand::Backbone(arguments) => {
             let (table, verdict) = work.backbone(&arguments.request())?;
             finish(&verdict)?;
             print(&table)?;
             Ok(verdict?)
         }
-        Command::Wear(arguments) => {
+        SceneCommand::Wear(arguments) => {
             let (table, verdict) = work.wear(&arguments.request()?)?;
             finish(&verdict)?;
             print(&table)?;
             Ok(verdict?)
         }
-        Command::Verify(arguments) => {
+        SceneCommand::Verify(arguments) => {
             let (verified, table) = work.verify(&arguments.request())?;
             finish(&Ok(()))?;
             print(&table)?;
             Ok(verified.verdict.map_err(RunError::from)?)
         }
-        Command::Reduce(_) => {
+        SceneCommand::Reduce(_) => {
             work.reduce()?;
             finish(&Ok(()))
         }
         // They write no results of a run.
-        Command::Check(_)
-        | Command::Study(_)
-        | Command::New(_)
-        | Command::Groups(_)
-        | Command::Schema(_)
-        | Command::Completions(_)
-        | Command::Man(_) => Ok(()),
+        SceneCommand::Check(_) => Ok(()),
     }
 }
 

@@ -1,10 +1,8 @@
 //! Commands about a scene. Each but [`check`] is a method of [`Workspace`], which gets the meshes
 //! (`meshing`), computes with the library and hands the results to [`crate::files`].
 //!
-//! `campbell`, `peaks`, `curve`, `backbone`, `wear` and `verify` have the ranges and tables of six
-//! commands, `key_range` the range of a key that two of them go through.
-//! `pieces` is no command: it tells the workflow of a study which meshes and reduced models its cases share. Its
-//! list of what a reduced model does not depend on follows that of `run/kept.rs` of the library.
+//! Each other file has the ranges and the table of the command of its name, `key_range` the range of
+//! a key that two commands go through, `unjoined` a warning of bodies in pieces.
 //!
 //! A command prints nothing: it returns its result, or a table as text, and hands remarks to the
 //! reporter. It lets the library compute through `Workspace::computes` alone, so that each run is

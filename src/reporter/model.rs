@@ -5,7 +5,7 @@ use super::line::ReportLine;
 use super::mistakes::element_words;
 use super::{maps, mistakes, units};
 use dovetail_export::warning::Weight;
-use dovetail_export::words::{counted, motion_of_sectors, percent, quantity};
+use dovetail_export::words::{counted, figure, motion_of_sectors, percent, quantity};
 use dovetail_mesh::Mesh;
 use dovetail_solver::fem::given;
 use dovetail_solver::fem::mass_properties::MassProperties;
@@ -418,8 +418,9 @@ fn report_mass(spec: &BodySpec, body: &Body, own: &MassProperties, lines: &mut V
         .volume_m3
         .map_or(String::new(), |v| format!(", {v:.4e} m3"));
     lines.push(ReportLine::Note(format!(
-        "{}: {:.4} kg{volume}{force}",
-        body.name, own.mass_kg
+        "{}: {} kg{volume}{force}",
+        body.name,
+        figure(own.mass_kg, 3)
     )));
     match &body.matrices {
         MatrixOrigin::Elements(material) => {

@@ -1,10 +1,10 @@
-//! Snapshot of the public interface of the three library packages, so that a change of it is seen in
-//! the change that makes it. After one,
+//! Snapshot of the public interface of the three library packages. A commit that changes the
+//! interface also changes the snapshot, `public_items.txt` of each package:
 //!
 //!     UPDATE_DOCS=1 cargo test --test program public_items::
 //!
-//! writes `public_items.txt` of each package anew. The list is made from the source: rustc's lint
-//! `unreachable_pub`, which the packages switch on, sees to it that every `pub` can be reached.
+//! The list is read from the source. The packages switch on rustc's lint `unreachable_pub`, which
+//! warns of a `pub` that cannot be reached from outside.
 
 use std::fmt::Write;
 use std::path::Path;
@@ -39,7 +39,7 @@ fn items_of(text: &str) -> Vec<String> {
     while let Some(line) = lines.next() {
         let (start, indent) = (line.trim_start(), line.len() - line.trim_start().len());
         if start == "#[cfg(test)]" && lines.peek().is_some_and(|next| next.ends_with('{')) {
-            // Tests, and what is made for them.
+            // Tests and their helpers.
             let end = format!("{}}}", " ".repeat(indent));
             lines.by_ref().find(|line| *line == end);
             continue;
@@ -71,7 +71,7 @@ fn items_of(text: &str) -> Vec<String> {
             // A field of a struct that is not public.
             continue;
         }
-        // To the end of its head, which may stand on several lines.
+        // A head may have several lines.
         let mut head = start.to_owned();
         while !head.ends_with(['{', ';', ',', '}']) || is_open(&head) {
             let Some(next) = lines.next() else { break };
@@ -158,7 +158,7 @@ fn the_public_interface_is_the_listed_one_and_no_larger() {
     }
     assert!(
         wrong.is_empty(),
-        "{}\nUPDATE_DOCS=1 cargo test --test program public_items:: lists them anew",
+        "{}\nUPDATE_DOCS=1 cargo test --test program public_items:: writes the lists",
         wrong.join("\n")
     );
 }

@@ -20,7 +20,8 @@ pub(super) struct SolutionRow<'a> {
 }
 
 impl<'a> SolutionRow<'a> {
-    /// Solution with a motion.
+    /// Solution with a motion. The columns `opening_area_m2`, `linear_amplitude_m` and `ratio` are
+    /// empty unless `pairs` and `linear_m` are given.
     pub(super) fn new(orbit: &'a Orbit, observation: usize) -> Self {
         Self {
             orbit,
