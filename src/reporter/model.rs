@@ -420,7 +420,7 @@ fn report_mass(spec: &BodySpec, body: &Body, own: &MassProperties, lines: &mut V
     lines.push(ReportLine::Note(format!(
         "{}: {} kg{volume}{force}",
         body.name,
-        figure(own.mass_kg, 3)
+        figure(own.mass_kg, 4)
     )));
     match &body.matrices {
         MatrixOrigin::Elements(material) => {
