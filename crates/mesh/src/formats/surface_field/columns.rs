@@ -248,25 +248,25 @@ impl FieldColumns {
             .found
             .iter()
             .find_map(|(quantity, column)| (is_force(quantity)).then_some(column).or(pressure));
-        let values = match (has_forces, pressure) {
-            _ if let (Some(_), Some(load)) = (&friction, load) => {
-                return Err(SurfaceFieldError::FrictionAndLoad {
-                    path: path.to_owned(),
-                    column: load.name.clone(),
-                });
-            }
-            _ if let Some(friction) = friction => ValueColumns::Friction(friction),
-            (true, Some(column)) => {
+        if let (Some(_), Some(load)) = (&friction, load) {
+            return Err(SurfaceFieldError::FrictionAndLoad {
+                path: path.to_owned(),
+                column: load.name.clone(),
+            });
+        }
+        let values = match (friction, has_forces, pressure) {
+            (Some(friction), _, _) => ValueColumns::Friction(friction),
+            (None, true, Some(column)) => {
                 return Err(SurfaceFieldError::TwoKinds {
                     path: path.to_owned(),
                     column: column.name.clone(),
                 });
             }
-            (true, None) => {
+            (None, true, None) => {
                 let force = |k| columns.complex(|part| Quantity::Force(k, part));
                 ValueColumns::Forces([force(0)?, force(1)?, force(2)?])
             }
-            (false, _) => {
+            (None, false, _) => {
                 let area = columns.find(Quantity::Area);
                 ValueColumns::Pressures(columns.complex(Quantity::Pressure)?, area)
             }
