@@ -3,9 +3,7 @@
 use super::*;
 use dovetail_solver::contact::PairLaw;
 use dovetail_solver::damping::DampingSpec;
-use dovetail_solver::description::{
-    FrequencyRange, ReducedModelSpec, ResponseSpec, StaticSpec, Subject,
-};
+use dovetail_solver::description::{FrequencyRange, ReducedModelSpec, ResponseSpec};
 use dovetail_solver::dlft::branch::ValueRange;
 use dovetail_solver::dlft::settings::Resolution;
 use dovetail_solver::dlft::{Orbit, Outcome};
@@ -16,23 +14,16 @@ fn scene() -> Scene {
         from_hz: 1.0,
         to_hz: 2.0,
     };
-    Scene {
-        name: "a".to_owned(),
-        subject: Subject::ReducedModel(ReducedModelSpec {
+    Scene::new(
+        "a",
+        ReducedModelSpec {
             folder: "model".into(),
             law: PairLaw::rigid(0.3, 0.0),
             force_n: 1.0,
-        }),
-        damping: DampingSpec::Ratio {
-            ratio: 0.001,
-            linear_mode: 1,
         },
-        modal_ratios: Vec::new(),
-        static_state: StaticSpec::default(),
-        response: ResponseSpec::new(range, Resolution::fixed(1, 16)),
-        engine_orders: Vec::new(),
-        mission: Vec::new(),
-    }
+        ResponseSpec::new(range, Resolution::fixed(1, 16)),
+    )
+    .damping(DampingSpec::ratio(0.001))
 }
 
 #[test]

@@ -121,9 +121,7 @@ mod tests {
     use crate::contact::PairLaw;
     use crate::contact::penalty::PairStiffness;
     use crate::damping::DampingSpec;
-    use crate::description::{
-        FrequencyRange, MissionPart, ReducedModelSpec, ResponseSpec, StaticSpec, Subject,
-    };
+    use crate::description::{FrequencyRange, MissionPart, ReducedModelSpec, ResponseSpec};
     use crate::dlft::pair_signals::Periods;
     use crate::dlft::settings::{EpsChoice, Resolution, Solver};
     use crate::dlft::{Orbit, Outcome, PairStatus};
@@ -212,23 +210,16 @@ mod tests {
                 matches: Vec::new(),
                 straightened: Vec::new(),
             },
-            scene: Scene {
-                name: "a".to_owned(),
-                subject: Subject::ReducedModel(ReducedModelSpec {
+            scene: Scene::new(
+                "a",
+                ReducedModelSpec {
                     folder: "model".into(),
                     law: PairLaw::rigid(0.3, 0.0),
                     force_n: 1.0,
-                }),
-                damping: DampingSpec::Ratio {
-                    ratio: 0.001,
-                    linear_mode: 1,
                 },
-                modal_ratios: Vec::new(),
-                static_state: StaticSpec::default(),
-                response: ResponseSpec::new(range, Resolution::fixed(1, 16)),
-                engine_orders: Vec::new(),
-                mission: Vec::new(),
-            },
+                ResponseSpec::new(range, Resolution::fixed(1, 16)),
+            )
+            .damping(DampingSpec::ratio(0.001)),
         }
     }
 

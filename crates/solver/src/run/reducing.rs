@@ -416,7 +416,7 @@ impl Bodies {
 mod tests {
     use super::*;
     use crate::damping::DampingSpec;
-    use crate::description::{FrequencyRange, ResponseSpec, StaticSpec};
+    use crate::description::{FrequencyRange, ResponseSpec};
     use crate::dlft::settings::Resolution;
     use crate::model::{
         ContactSpec, CyclicSpec, ExcitationKind, ExcitationSpec, Gap, RotationSpec,
@@ -458,19 +458,12 @@ mod tests {
         changes.iter().for_each(|change| change(&mut assembly));
         let (from, to) = (0.9, 1.1);
         let range = FrequencyRange::OfFirstLinearMode { from, to };
-        let scene = Scene {
-            name: "disc".to_owned(),
-            subject: Subject::Assembly(Box::new(assembly)),
-            damping: DampingSpec::Ratio {
-                ratio: 1e-3,
-                linear_mode: 1,
-            },
-            modal_ratios: Vec::new(),
-            static_state: StaticSpec::default(),
-            response: ResponseSpec::new(range, Resolution::fixed(3, 64)),
-            engine_orders: Vec::new(),
-            mission: Vec::new(),
-        };
+        let scene = Scene::new(
+            "disc",
+            assembly,
+            ResponseSpec::new(range, Resolution::fixed(3, 64)),
+        )
+        .damping(DampingSpec::ratio(1e-3));
         PlannedReduction::from_scene(&scene).unwrap()
     }
 

@@ -308,7 +308,7 @@ mod tests {
     use super::*;
     use crate::contact::PairLaw;
     use crate::damping::DampingSpec;
-    use crate::description::{FrequencyRange, ReducedModelSpec, ResponseSpec, StaticSpec};
+    use crate::description::{FrequencyRange, ReducedModelSpec, ResponseSpec};
     use crate::dlft::settings::Resolution;
 
     #[test]
@@ -326,19 +326,12 @@ mod tests {
             (&folder, None, None),
         ] {
             let range = FrequencyRange::OfFirstLinearMode { from: 0.9, to: 1.1 };
-            let mut scene = Scene {
-                name: "modes".to_owned(),
-                subject: subject.clone(),
-                damping: DampingSpec::Ratio {
-                    ratio: 0.001,
-                    linear_mode: 1,
-                },
-                modal_ratios: Vec::new(),
-                static_state: StaticSpec::default(),
-                response: ResponseSpec::new(range, Resolution::fixed(1, 16)),
-                engine_orders: Vec::new(),
-                mission: Vec::new(),
-            };
+            let mut scene = Scene::new(
+                "modes",
+                subject.clone(),
+                ResponseSpec::new(range, Resolution::fixed(1, 16)),
+            )
+            .damping(DampingSpec::ratio(0.001));
             scene.response.stuck_modes = asked;
             let found = require_harmonic_modes(&scene).response.stuck_modes;
             assert_eq!(found, expected, "{asked:?}");

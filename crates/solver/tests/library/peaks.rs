@@ -6,7 +6,7 @@ use dovetail_solver::contact::PairLaw;
 use dovetail_solver::contact::penalty::PairStiffness;
 use dovetail_solver::damping::DampingSpec;
 use dovetail_solver::description::{
-    FrequencyRange, ReducedModelSpec, ResponseSpec, Scene, StaticSpec, Subject,
+    FrequencyRange, ReducedModelSpec, ResponseSpec, Scene, StaticSpec,
 };
 use dovetail_solver::dlft::settings::Resolution;
 use dovetail_solver::excitation::NamedExcitation;
@@ -45,27 +45,26 @@ fn scene(force_n: f64) -> Scene {
     let mut response = ResponseSpec::new(range, Resolution::fixed(3, 64));
     response.slip_threshold_m = Some(1e-9);
     Scene {
-        name: "stop".to_owned(),
-        subject: Subject::ReducedModel(ReducedModelSpec {
-            folder: PathBuf::new(),
-            law: PairLaw {
-                stiffness: Some(PairStiffness::new(5.0, 1.0)),
-                ..PairLaw::rigid(0.0, 1.0)
-            },
-            force_n,
-        }),
         damping: DampingSpec::Rayleigh {
             stiffness_s: 0.0,
             mass_per_s: 0.03,
         },
-        modal_ratios: Vec::new(),
         static_state: StaticSpec {
             load_steps: 1,
             ..StaticSpec::default()
         },
-        response,
-        engine_orders: Vec::new(),
-        mission: Vec::new(),
+        ..Scene::new(
+            "stop",
+            ReducedModelSpec {
+                folder: PathBuf::new(),
+                law: PairLaw {
+                    stiffness: Some(PairStiffness::new(5.0, 1.0)),
+                    ..PairLaw::rigid(0.0, 1.0)
+                },
+                force_n,
+            },
+            response,
+        )
     }
 }
 

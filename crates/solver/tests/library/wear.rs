@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use dovetail_solver::contact::PairLaw;
 use dovetail_solver::damping::DampingSpec;
 use dovetail_solver::description::{
-    FrequencyRange, MissionPart, ReducedModelSpec, ResponseSpec, Scene, StaticSpec, Subject,
+    FrequencyRange, MissionPart, ReducedModelSpec, ResponseSpec, Scene, StaticSpec,
 };
 use dovetail_solver::dlft::settings::Resolution;
 use dovetail_solver::dlft::static_state::{LoadPath, static_state, static_state_after};
@@ -97,16 +97,6 @@ fn scene(force_n: f64, wear_m2_n: f64) -> Scene {
     let mut response = ResponseSpec::new(range, Resolution::fixed(9, 256));
     response.slip_threshold_m = Some(1e-9);
     Scene {
-        name: "punch".to_owned(),
-        subject: Subject::ReducedModel(ReducedModelSpec {
-            folder: PathBuf::new(),
-            law: PairLaw {
-                wear_m2_n,
-                ..PairLaw::rigid(FRICTION, 0.0)
-            },
-            force_n,
-        }),
-        modal_ratios: Vec::new(),
         damping: DampingSpec::Rayleigh {
             stiffness_s: 0.0,
             mass_per_s: 20.0,
@@ -115,9 +105,18 @@ fn scene(force_n: f64, wear_m2_n: f64) -> Scene {
             load_steps: 2,
             ..StaticSpec::default()
         },
-        response,
-        engine_orders: Vec::new(),
-        mission: Vec::new(),
+        ..Scene::new(
+            "punch",
+            ReducedModelSpec {
+                folder: PathBuf::new(),
+                law: PairLaw {
+                    wear_m2_n,
+                    ..PairLaw::rigid(FRICTION, 0.0)
+                },
+                force_n,
+            },
+            response,
+        )
     }
 }
 
