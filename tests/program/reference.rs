@@ -157,6 +157,40 @@ fn key_paths(value: &serde_json::Value, path: &str, found: &mut BTreeSet<String>
     }
 }
 
+/// `docs/output_files.md` has each column of a response with an observed point and harmonics.
+#[test]
+fn the_page_of_output_files_has_the_columns_of_a_response() {
+    let run = Run::new("run", "verification/jenkins", "reference_columns", &[]);
+    let table = std::fs::read_to_string(run.0.join("response.csv")).unwrap();
+    let names = run.summary();
+    let name = names["response"]["observation"].as_str().unwrap();
+    let page = std::fs::read_to_string(root().join("docs/output_files.md")).unwrap();
+    let columns: Vec<String> = table
+        .lines()
+        .next()
+        .unwrap()
+        .split(',')
+        .map(str::to_owned)
+        .collect();
+    assert!(
+        columns.iter().any(|column| column.contains("_h1_")),
+        "{columns:?}"
+    );
+    for column in columns {
+        let mut general = column.replace(&format!("{name}_"), "<name>_");
+        if let Some((start, rest)) = general.split_once("<name>_h")
+            && let Some((number, end)) = rest.split_once('_')
+            && number.parse::<usize>().is_ok()
+        {
+            general = format!("{start}<name>_h<k>_{end}");
+        }
+        assert!(
+            page.contains(&format!("`{general}`")),
+            "{column}: {general}"
+        );
+    }
+}
+
 #[test]
 fn the_page_of_the_summary_has_its_keys() {
     let summary_of = |command, scene: &str, set: &[&str]| {
