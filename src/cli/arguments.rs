@@ -90,8 +90,8 @@ pub(super) struct Cli {
 
 impl Cli {
     /// Keys of the scene that the command line sets, as `KEY=VALUE`.
-    pub(super) fn overrides(&self) -> Vec<String> {
-        self.shared.overrides.clone()
+    pub(super) fn overrides(&self) -> &[String] {
+        &self.shared.overrides
     }
 }
 

@@ -82,7 +82,7 @@ fn run(cli: &Cli) -> Result<(), Error> {
     match &cli.command {
         Command::Scene(command) => {
             let done = run_scene_command(cli, command, &mut console);
-            done.map_err(|error| error.located(command.file(), &cli.overrides()))
+            done.map_err(|error| error.located(command.file(), cli.overrides()))
         }
         Command::Study(arguments) => {
             let reporter = Reporter::new(&mut console, None);
@@ -120,7 +120,7 @@ fn run_scene_command(
     let shared = &cli.shared;
     let file = command.file();
     let overrides = cli.overrides();
-    let scene = scene::load(file, &overrides)?;
+    let scene = scene::load(file, overrides)?;
     start_threads(shared.threads.map(usize::from))?;
     let of_scene = || Path::new("output").join(&scene.name);
     let out = shared.out.clone().unwrap_or_else(|| match command {
@@ -174,7 +174,7 @@ fn run_scene_command(
             let signals = interruption::signals().map_err(Error::Signals)?;
             let files = files(command, &scene, &output, other)?;
             let ended = handle_endings(command, &files, signals, console).and_then(|()| {
-                let asked = (command, &overrides[..]);
+                let asked = (command, overrides);
                 run_with_files(asked, &scene, &output, cache, &files, console)
             });
             ended.inspect_err(|error| files.locked().failed(error))

@@ -24,7 +24,7 @@ pub enum CombinationMode {
 pub enum ParameterKind {
     /// A setting of the solution, whose values have errors.
     Numerical,
-    /// What is built, or what acts on it.
+    /// A property of the bodies, or of the loads on them.
     Physical,
 }
 

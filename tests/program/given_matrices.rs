@@ -9,9 +9,7 @@ use dovetail_mesh::units::Units;
 use dovetail_numerics::eigen::dense::modes;
 use dovetail_numerics::sparse::dense;
 use dovetail_solver::fem::{assemble_body, statics};
-use dovetail_solver::model::{
-    Assembly, Body, BodyMesh, BodySpec, MaterialSpec, MatrixSource, bind,
-};
+use dovetail_solver::model::{Assembly, Body, BodySpec, MaterialSpec, MatrixSource, bind};
 use dovetail_testkit::folder::root;
 use faer::Mat;
 use faer::linalg::solvers::Solve;
@@ -51,14 +49,9 @@ fn deck_body(
     let mesh = mesh_files::read(&root().join("meshes/decks").join(deck), units).unwrap();
     let assembly = Assembly {
         bodies: vec![BodySpec {
-            name: "body".into(),
-            mesh: BodyMesh::Shared,
             volume: volume.into(),
-            matrices: MatrixSource::Elements(MaterialSpec::OfMesh(None)),
             fixed: fixed.iter().map(|s| (*s).to_owned()).collect(),
-            fixed_along: Default::default(),
-            fixed_interface_modes: None,
-            strength: None,
+            ..BodySpec::new("body", MatrixSource::Elements(MaterialSpec::OfMesh(None)))
         }],
         ..Assembly::default()
     };
@@ -269,14 +262,9 @@ fn base_and_column(of_column: &str) -> String {
 fn write_superelement(folder: &Folder, deck: &str) {
     let mesh = mesh_files::read(&folder.join(deck), Units::MillimetreTonneSecond).unwrap();
     let spec = BodySpec {
-        name: "column".into(),
-        mesh: BodyMesh::Shared,
         volume: "COLUMN".into(),
-        matrices: MatrixSource::Elements(MaterialSpec::OfMesh(None)),
         fixed: Vec::new(),
-        fixed_along: Default::default(),
-        fixed_interface_modes: None,
-        strength: None,
+        ..BodySpec::new("column", MatrixSource::Elements(MaterialSpec::OfMesh(None)))
     };
     let alone = Assembly {
         bodies: vec![spec],

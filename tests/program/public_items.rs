@@ -16,7 +16,7 @@ use dovetail_testkit::folder::root;
 /// without fields, variants and re-exports.
 const MOST: [(&str, usize); 3] = [("dynamics", 335), ("structure", 221), ("solver", 260)];
 
-/// Words that begin a public item or a re-export.
+/// Words that begin a public item.
 const ITEMS: [&str; 10] = [
     "fn",
     "const fn",
@@ -59,15 +59,11 @@ fn items_of(text: &str) -> Vec<String> {
             }
             continue;
         };
-        let is_item = ITEMS.iter().any(|word| {
-            let after = rest.strip_prefix(word);
-            after.is_some_and(|after| after.starts_with(' '))
-        });
         let begins = indent == 0 && (rest.starts_with("struct") || rest.starts_with("enum"));
         if begins {
             inside_public = line.ends_with('{');
         }
-        if !is_item && !rest.starts_with("use ") && !inside_public {
+        if !is_item(rest) && !rest.starts_with("use ") && !inside_public {
             // A field of a struct that is not public.
             continue;
         }
@@ -88,7 +84,14 @@ fn items_of(text: &str) -> Vec<String> {
     kept.map(|i| items[i].clone()).collect()
 }
 
-/// Whether a bracket of a head is still open, apart from the brace that begins its body.
+/// Returns `true` if the words after `pub` begin an item and no re-export or field.
+fn is_item(rest: &str) -> bool {
+    let words = ITEMS.iter();
+    let mut after = words.filter_map(|word| rest.strip_prefix(word));
+    after.any(|after| after.starts_with(' '))
+}
+
+/// Returns `true` if a bracket of a head is still open, apart from the brace that begins its body.
 fn is_open(head: &str) -> bool {
     let count = |c: char| head.matches(c).count();
     let is_use = head.starts_with("pub use");
@@ -110,10 +113,7 @@ fn list(package: &str) -> (String, usize) {
         let _ = writeln!(list, "# {name}");
         for item in items {
             let word = item.trim_start().strip_prefix("pub ").unwrap_or_default();
-            count += usize::from(ITEMS.iter().any(|of| {
-                let after = word.strip_prefix(of);
-                after.is_some_and(|after| after.starts_with(' '))
-            }));
+            count += usize::from(is_item(word));
             let _ = writeln!(list, "{item}");
         }
     }

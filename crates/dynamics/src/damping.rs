@@ -206,10 +206,7 @@ mod tests {
     /// A mode whose stiffness is 9 rad2/s2 of the bodies and 16 rad2/s2 of springs.
     #[test]
     fn springs_of_contacts_are_not_damped() {
-        let ratio = DampingSpec::Ratio {
-            ratio: 0.01,
-            linear_mode: 1,
-        };
+        let ratio = DampingSpec::ratio(0.01);
         let partly = |bodies_omega2| ModalStiffness {
             omega2: 25.0,
             bodies_omega2,

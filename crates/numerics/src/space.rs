@@ -78,9 +78,33 @@ pub fn unit(a: Vector) -> Option<Vector> {
     (length > 0.0).then(|| scaled(a, 1.0 / length))
 }
 
+/// Unit vector along a vector of any size, as a user gives it; `None` for a zero one. It is scaled
+/// first: squares of very large or very small components would leave the range of f64.
+pub fn direction(v: Vector) -> Option<Vector> {
+    let largest = v.iter().fold(0.0_f64, |m, c| m.max(c.abs()));
+    if largest == 0.0 {
+        return None;
+    }
+    let scaled = v.map(|c| c / largest);
+    let length = scaled.iter().map(|c| c * c).sum::<f64>().sqrt();
+    Some(scaled.map(|c| c / length))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn directions_of_any_size_become_unit_vectors() {
+        for scale in [1e-300, 1e-160, 1.0, 1e160, 1e300] {
+            let u = direction([3.0 * scale, 0.0, -4.0 * scale]).unwrap();
+            assert!(
+                (u[0] - 0.6).abs() < 1e-15 && u[1] == 0.0 && (u[2] + 0.8).abs() < 1e-15,
+                "{u:?}"
+            );
+        }
+        assert_eq!(direction([0.0, -0.0, 0.0]), None);
+    }
 
     #[test]
     fn products_lengths_and_directions() {

@@ -62,11 +62,6 @@ pub struct PyProblem {
     state: OnceLock<Arc<StaticState>>,
 }
 
-const UNDAMPED: DampingSpec = DampingSpec::Rayleigh {
-    stiffness_s: 0.0,
-    mass_per_s: 0.0,
-};
-
 impl PyProblem {
     fn new(problem: Problem, pairs: Option<PairTable>, damping: DampingSpec) -> Self {
         Self {
@@ -84,7 +79,7 @@ impl PyProblem {
         damping: Option<Rayleigh>,
         path: LoadPath,
     ) -> Self {
-        let damping = damping.map_or(UNDAMPED, |d| DampingSpec::Rayleigh {
+        let damping = damping.map_or_else(DampingSpec::default, |d| DampingSpec::Rayleigh {
             stiffness_s: d.stiffness_s,
             mass_per_s: d.mass_per_s,
         });
@@ -210,7 +205,7 @@ fn damping_of(given: &Bound<'_, PyDict>) -> PyResult<DampingSpec> {
 }
 
 fn damping_or_none(given: Option<&Bound<'_, PyDict>>) -> PyResult<DampingSpec> {
-    Ok(given.map(damping_of).transpose()?.unwrap_or(UNDAMPED))
+    Ok(given.map(damping_of).transpose()?.unwrap_or_default())
 }
 
 /// Choice with this word, which the parameter `name` has.

@@ -4,13 +4,13 @@ use std::path::Path;
 
 use serde_spanned::Spanned;
 
-use super::fields::{Checker, SceneTable, places, unit};
+use super::fields::{Checker, SceneTable, places};
 use crate::scene::entries::{RawCyclic, RawRotation, RawScene};
 use crate::scene::error::SceneFault;
 use crate::scene::raw::Located;
 use dovetail_solver::description::EngineOrder;
 use dovetail_solver::model::{CyclicSpec, InfluenceSource, InfluenceSpec};
-use dovetail_solver::space::{cross, norm, sub};
+use dovetail_solver::space::{cross, direction, norm, sub};
 
 /// Sine of the largest angle between two axes that are one.
 const ALONG: f64 = 1e-9;
@@ -43,7 +43,7 @@ pub fn cyclic(
     };
     let influence = influence(checker, base_dir, &at, raw);
     let own_axis = checker.optional_direction(&at, "axis", &raw.axis)?;
-    let turns_about = rotation.and_then(|r| unit(r.axis.as_ref()?.get_ref().0));
+    let turns_about = rotation.and_then(|r| direction(r.axis.as_ref()?.get_ref().0));
     let Some(axis) = own_axis.or(turns_about) else {
         // A rotation without an axis has a fault of its own.
         if rotation.is_none() {

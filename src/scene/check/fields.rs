@@ -11,6 +11,7 @@ use crate::scene::keys;
 use crate::scene::kinds::{Limits, ValueKind};
 use crate::scene::raw::{Count, Located, Number, NumberOrList, Numbers};
 use crate::scene::source::SourceTexts;
+use dovetail_solver::space::direction;
 
 /// Places of these keys of a table; `None` for those that are not given.
 macro_rules! places {
@@ -437,7 +438,7 @@ impl Checker<'_> {
             self.missing(table, key);
             return None;
         };
-        let unit = unit(value.get_ref().0);
+        let unit = direction(value.get_ref().0);
         if unit.is_none() {
             let path = table.key(key);
             self.fault(value.span(), SceneFault::ZeroDirection { path });
@@ -576,33 +577,4 @@ pub fn is_name(word: &str) -> bool {
             .chars()
             .all(|c| c.is_ascii_alphanumeric() || c == '_' || c == '-')
         && word.len() <= 100
-}
-
-/// Unit vector along `v`; `None` if `v` is zero. It is scaled first: squares of very large or very
-/// small components would leave the range of f64.
-pub fn unit(v: [f64; 3]) -> Option<[f64; 3]> {
-    let largest = v.iter().fold(0.0_f64, |m, c| m.max(c.abs()));
-    if largest == 0.0 {
-        return None;
-    }
-    let scaled = v.map(|c| c / largest);
-    let length = scaled.iter().map(|c| c * c).sum::<f64>().sqrt();
-    Some(scaled.map(|c| c / length))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn directions_of_any_size_become_unit_vectors() {
-        for scale in [1e-300, 1e-160, 1.0, 1e160, 1e300] {
-            let u = unit([3.0 * scale, 0.0, -4.0 * scale]).unwrap();
-            assert!(
-                (u[0] - 0.6).abs() < 1e-15 && u[1] == 0.0 && (u[2] + 0.8).abs() < 1e-15,
-                "{u:?}"
-            );
-        }
-        assert_eq!(unit([0.0, -0.0, 0.0]), None);
-    }
 }

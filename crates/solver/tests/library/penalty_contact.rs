@@ -176,10 +176,7 @@ fn a_ratio_of_damping_is_reached_where_pairs_have_springs() {
     };
     let model = stuck.model();
     let linear = LinearReference::new(&model, &[]);
-    let asked = DampingSpec::Ratio {
-        ratio: 0.1,
-        linear_mode: 1,
-    };
+    let asked = DampingSpec::ratio(0.1);
     let damping = rayleigh(&asked, &linear.modes_of_first_harmonic(&model.reduced)).unwrap();
     let omega2: f64 = 1.5;
     let resolution = Resolution::fixed(3, 128);

@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use dovetail_mesh::Mesh;
 use dovetail_solver::model::{
-    Assembly, BodyMesh, BodySpec, ContactSpec, ExcitationKind, ExcitationSpec, Material,
-    ObservationSpec, Prestress, RotationSpec,
+    Assembly, BodySpec, ContactSpec, ExcitationKind, ExcitationSpec, Material, ObservationSpec,
+    Prestress, RotationSpec,
 };
 use dovetail_solver::model::{MeshKind, MeshSource};
 use dovetail_solver::reduced::ObservedQuantity;
@@ -19,21 +19,7 @@ pub fn ready(name: &str) -> Mesh {
 }
 
 pub fn body(name: &str, fixed: &[&str]) -> BodySpec {
-    BodySpec {
-        name: name.into(),
-        mesh: BodyMesh::Shared,
-        volume: name.into(),
-        matrices: Material {
-            young_pa: 113.8e9,
-            poisson: 0.34,
-            density_kg_m3: 4430.0,
-        }
-        .into(),
-        fixed: fixed.iter().map(|s| s.to_string()).collect(),
-        fixed_along: Default::default(),
-        fixed_interface_modes: None,
-        strength: None,
-    }
+    BodySpec::new(name, Material::new(113.8e9, 0.34, 4430.0)).fixed(fixed.iter().copied())
 }
 
 pub fn assembly(bodies: Vec<BodySpec>, contacts: Vec<ContactSpec>, probe: &str) -> Assembly {

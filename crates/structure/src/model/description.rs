@@ -14,7 +14,7 @@ use dovetail_dynamics::reduced::{InfluenceCoefficient, ObservedQuantity};
 use dovetail_mesh::parts::Placement;
 use dovetail_mesh::surface_field::SurfaceField;
 use dovetail_mesh::units::Units;
-use dovetail_numerics::space::norm;
+use dovetail_numerics::space::direction;
 use dovetail_numerics::sparse::stored;
 
 /// Bodies of a mesh, with their supports, loads and observations.
@@ -723,11 +723,20 @@ impl ObservationSpec {
     }
 }
 
-/// Direction of unit length; one of length 0 stays.
-fn unit(direction: [f64; 3]) -> [f64; 3] {
-    let length = norm(direction);
-    if length == 0.0 || length == 1.0 {
-        return direction;
+/// Direction of unit length; a zero one stays.
+fn unit(given: [f64; 3]) -> [f64; 3] {
+    direction(given).unwrap_or(given)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::RotationSpec;
+
+    #[test]
+    fn an_axis_of_any_size_becomes_a_direction() {
+        for size in [1e-300, 1.0, 1e300] {
+            let rotation = RotationSpec::new([0.0, size, 0.0], 1.0, ["blade"]);
+            assert_eq!(rotation.axis, [0.0, 1.0, 0.0], "{size}");
+        }
     }
-    direction.map(|component| component / length)
 }
