@@ -60,6 +60,8 @@ type LastWord = Box<dyn Fn(OutOfMemory) + Send>;
 static SPEAKER: OnceLock<Thread> = OnceLock::new();
 static LAST_WORD: Mutex<Option<LastWord>> = Mutex::new(None);
 static ENDING: AtomicBool = AtomicBool::new(false);
+/// True once the thread of the last message runs.
+static STARTED: AtomicBool = AtomicBool::new(false);
 /// True until the first stage that computes.
 static READS: AtomicBool = AtomicBool::new(true);
 static ASKED_BYTES: AtomicUsize = AtomicUsize::new(0);
@@ -78,6 +80,7 @@ pub fn prepare() -> io::Result<()> {
     reserve.try_reserve_exact(RESERVE_BYTES)?;
     let speaker = thread::Builder::new().stack_size(STACK_BYTES);
     let speaker = speaker.spawn(move || {
+        STARTED.store(true, Ordering::Release);
         while !ENDING.load(Ordering::Acquire) {
             thread::park();
         }
@@ -85,6 +88,13 @@ pub fn prepare() -> io::Result<()> {
         drop(reserve);
         announce();
     })?;
+    // A thread allocates while it starts: it would wait for its own last message.
+    while !STARTED.load(Ordering::Acquire) {
+        if speaker.is_finished() {
+            return Err(io::ErrorKind::OutOfMemory.into());
+        }
+        thread::yield_now();
+    }
     SPEAKER.get_or_init(|| speaker.thread().clone());
     let usual = panic::take_hook();
     panic::set_hook(Box::new(move |panic| {
