@@ -2,7 +2,7 @@
 //! force, with which the pair would stick, gives the contact force (Nacivet et al. 2003, equations
 //! 20-26).
 
-use dovetail_numerics::dual::Real;
+use dovetail_numerics::dual::{Real, two};
 
 /// Status of a pair at one instant.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -19,10 +19,13 @@ pub(crate) enum Contact {
 ///
 /// * `trial_N >= 0`: open, no force;
 /// * `|trial_T| < mu |trial_N| - touch_n`: stick, the trial force itself;
-/// * otherwise slip: the tangential trial force brought to the cone.
+/// * otherwise slip: a force on the cone along [`slip_direction`]. `rate` is the rate of the
+///   tangential trial force at this instant, N per step; without it the force points along the trial
+///   force.
 #[inline(always)]
 pub(crate) fn unilateral_coulomb<D: Real>(
     trial: [D; 3],
+    rate: Option<[D; 2]>,
     friction: f64,
     touch_n: f64,
 ) -> (Contact, [D; 3]) {
@@ -34,13 +37,50 @@ pub(crate) fn unilateral_coulomb<D: Real>(
     let limit = normal * -friction;
     let tangential = length(t1, t2);
     if tangential.re() < limit.re() - touch_n {
-        (Contact::Stick, trial)
-    } else if tangential.re() == 0.0 {
-        (Contact::Slip, [normal, zero, zero])
-    } else {
-        let scale = limit / tangential;
-        (Contact::Slip, [normal, t1 * scale, t2 * scale])
+        return (Contact::Stick, trial);
     }
+    if tangential.re() == 0.0 {
+        return (Contact::Slip, [normal, zero, zero]);
+    }
+    let [d1, d2] = match rate {
+        Some(rate) => slip_direction([t1, t2], rate, limit, tangential),
+        None => [t1, t2],
+    };
+    let scale = limit / length(d1, d2);
+    (Contact::Slip, [normal, d1 * scale, d2 * scale])
+}
+
+/// Vector along the friction force at the end of a step in which a pair slips, N. `tangential` is the
+/// length of the trial force t, `limit` is R, the limit of friction.
+///
+/// Friction turns towards the velocity: with the rate r of the trial force, N per step, the angle a
+/// of the force satisfies `R da = r across(a)`. The vector `a t + (1 - a) r` with `a = 2 R / (R + |t|)`
+/// solves this to second order in the step. It is exact where r turns evenly, whether the force
+/// follows it at once (`|r| >> R`) or slowly. A step leaves 1 / (1 + q + q^2 / 2) of a deviation,
+/// `q = |r| / R`. A part of r against t does not count: the pair slips although it turns back,
+/// because its limit falls.
+#[inline(always)]
+fn slip_direction<D: Real>(trial: [D; 2], rate: [D; 2], limit: D, tangential: D) -> [D; 2] {
+    let share = trial_share(limit, tangential);
+    let along = trial[0] * rate[0] + trial[1] * rate[1];
+    let against = if along.re() < 0.0 {
+        along / (tangential * tangential)
+    } else {
+        D::from(0.0)
+    };
+    let rest = -share + 1.0;
+    let vector = two(|c| trial[c] * share + (rate[c] - trial[c] * against) * rest);
+    // It vanishes with the limit, where any direction serves.
+    match length(vector[0].re(), vector[1].re()) == 0.0 {
+        true => trial,
+        false => vector,
+    }
+}
+
+/// Share a of the trial force in [`slip_direction`].
+#[inline(always)]
+fn trial_share<D: Real>(limit: D, tangential: D) -> D {
+    limit * 2.0 / (limit + tangential)
 }
 
 /// Length of a tangential force. (Forces are far from overflow: `hypot` would cost a sixth of a
@@ -50,36 +90,85 @@ pub(crate) fn length<D: Real>(t1: D, t2: D) -> D {
     (t1 * t1 + t2 * t2).sqrt()
 }
 
-/// Derivative of the slip force: `d lambda_T = -mu e d p_N + kappa (I - e e^T) d p_T`, with the
-/// trial force p.
+/// Derivative of the force of a pair that slips, which stays on its cone along e:
+/// `d lambda_T = by_normal d p_N + across (by_trial . d t + by_rate . d r)`, with the trial force
+/// (p_N, t) and its rate r.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct SlipTangent {
-    /// Direction of sliding e, unit (zero where the trial force has no tangential part).
+    /// Direction of the force e, unit (zero where the trial force has no tangential part).
     pub direction: [f64; 2],
-    /// -mu e.
+    /// Direction across the force, unit or zero.
+    pub across: [f64; 2],
+    /// Derivative by the normal trial force.
     pub by_normal: [f64; 2],
-    /// mu |p_N| / |p_T|, at most 1.
-    pub kappa: f64,
+    /// Derivative of the part across by the tangential trial force.
+    pub by_trial: [f64; 2],
+    /// Derivative of the part across by the rate of the tangential trial force.
+    pub by_rate: [f64; 2],
 }
 
 /// Derivative of [`unilateral_coulomb`] where the pair slips.
 #[inline(always)]
-pub(crate) fn slip_tangent(trial: [f64; 3], friction: f64) -> SlipTangent {
+pub(crate) fn slip_tangent(trial: [f64; 3], rate: Option<[f64; 2]>, friction: f64) -> SlipTangent {
     let [normal, t1, t2] = trial;
     let tangential = length(t1, t2);
     if tangential == 0.0 {
         return SlipTangent {
             direction: [0.0; 2],
+            across: [0.0; 2],
             by_normal: [0.0; 2],
-            kappa: 0.0,
+            by_trial: [0.0; 2],
+            by_rate: [0.0; 2],
         };
     }
-    let direction = [t1 / tangential, t2 / tangential];
-    SlipTangent {
+    let limit = -friction * normal;
+    let trial = [t1, t2];
+    let (share, vector) = match rate {
+        Some(rate) => (
+            trial_share(limit, tangential).min(1.0),
+            slip_direction(trial, rate, limit, tangential),
+        ),
+        None => (1.0, trial),
+    };
+    let size = length(vector[0], vector[1]);
+    let direction = vector.map(|v| v / size);
+    let across = [-direction[1], direction[0]];
+    let dot = |a: [f64; 2], b: [f64; 2]| a[0] * b[0] + a[1] * b[1];
+    let turn = limit / size;
+    let mut tangent = SlipTangent {
         direction,
+        across,
         by_normal: direction.map(|e| -friction * e),
-        kappa: (-friction * normal / tangential).min(1.0),
+        by_trial: across.map(|a| turn * share * a),
+        by_rate: [0.0; 2],
+    };
+    let Some(rate) = rate else {
+        tangent.by_trial = across.map(|a| turn.min(1.0) * a);
+        return tangent;
+    };
+    let (unit, rest) = (trial.map(|t| t / tangential), 1.0 - share);
+    let along = dot(unit, rate);
+    // Rate that counts, and the derivatives of its part across by the rate and by the trial force.
+    let (counted, by_rate, by_unit) = if along < 0.0 {
+        let beside = [-unit[1], unit[0]];
+        let (across_unit, across_beside) = (dot(across, unit), dot(across, beside));
+        let by_angle = -along * across_beside - dot(rate, beside) * across_unit;
+        (
+            [0, 1].map(|c| rate[c] - along * unit[c]),
+            beside.map(|b| across_beside * b),
+            beside.map(|b| by_angle * b / tangential),
+        )
+    } else {
+        (rate, across, [0.0; 2])
+    };
+    let sum = limit + tangential;
+    let by_share = turn * 2.0 * dot(across, [0, 1].map(|c| trial[c] - counted[c])) / (sum * sum);
+    for c in 0..2 {
+        tangent.by_normal[c] -= friction * by_share * tangential * across[c];
+        tangent.by_trial[c] += turn * rest * by_unit[c] - by_share * limit * unit[c];
+        tangent.by_rate[c] = turn * rest * by_rate[c];
     }
+    tangent
 }
 
 /// Fraction w of a way at which the trial force `from + step w` of a closed pair leaves the cone,
@@ -137,6 +226,7 @@ pub(crate) fn turns_inward(force: [f64; 3], step: [f64; 3], friction: f64) -> bo
 #[cfg(test)]
 mod tests {
     use super::*;
+    use dovetail_testkit::differences::central;
 
     #[test]
     fn force_stays_on_or_inside_the_cone_and_never_pulls() {
@@ -146,7 +236,7 @@ mod tests {
                 (i as f64 * 1.3).cos(),
                 (i as f64 * 0.7).sin() * 2.0,
             ];
-            let (state, f) = unilateral_coulomb(p, 0.3, 0.0);
+            let (state, f) = unilateral_coulomb(p, None, 0.3, 0.0);
             assert!(f[0] <= 0.0);
             assert!(f[1].hypot(f[2]) <= -0.3 * f[0] * (1.0 + 1e-15));
             match state {
@@ -170,33 +260,99 @@ mod tests {
             ([-1.0, 0.0, 0.0], Contact::Stick),
             ([0.0, 0.0, 0.0], Contact::Open),
         ] {
-            assert_eq!(unilateral_coulomb(trial, 0.5, 0.0).0, contact);
+            assert_eq!(unilateral_coulomb(trial, None, 0.5, 0.0).0, contact);
         }
         // Without friction nothing sticks.
-        let (contact, force) = unilateral_coulomb([-1.0, 0.0, 0.0], 0.0, 0.0);
+        let (contact, force) = unilateral_coulomb([-1.0, 0.0, 0.0], None, 0.0, 0.0);
         assert_eq!((contact, force), (Contact::Slip, [-1.0, 0.0, 0.0]));
+    }
+
+    /// Friction force across and along `e` for inputs N, t1, t2, r1, r2.
+    fn slip_force(input: &[f64]) -> Vec<f64> {
+        let [n, t1, t2, r1, r2] = *input else {
+            panic!("{input:?}")
+        };
+        let (contact, force) = unilateral_coulomb([n, t1, t2], Some([r1, r2]), 0.4, 0.0);
+        assert_eq!(contact, Contact::Slip);
+        force.to_vec()
     }
 
     #[test]
     fn slip_tangent_is_the_derivative() {
-        let p = [-2.0, 0.9, -1.4];
-        let tangent = slip_tangent(p, 0.4);
-        let h = 1e-6;
-        for axis in 0..3 {
-            let (mut up, mut down) = (p, p);
-            up[axis] += h;
-            down[axis] -= h;
-            let (_, fu) = unilateral_coulomb(up, 0.4, 0.0);
-            let (_, fd) = unilateral_coulomb(down, 0.4, 0.0);
+        // The rate goes along with the trial force, across it, and against it.
+        for rate in [[1.3, -0.2], [-0.6, -1.9], [-0.9, 0.4]] {
+            let input = [-2.0, 0.9, -1.4, rate[0], rate[1]];
+            let found = central(&input, 1e-6, slip_force);
+            let tangent = slip_tangent([-2.0, 0.9, -1.4], Some(rate), 0.4);
             for c in 0..2 {
-                let e = tangent.direction;
-                let exact = if axis == 0 {
-                    tangent.by_normal[c]
-                } else {
-                    let delta = if axis - 1 == c { 1.0 } else { 0.0 };
-                    tangent.kappa * (delta - e[c] * e[axis - 1])
-                };
-                assert!(((fu[c + 1] - fd[c + 1]) / (2.0 * h) - exact).abs() < 1e-9);
+                let a = tangent.across[c];
+                let exact = [
+                    tangent.by_normal[c],
+                    a * tangent.by_trial[0],
+                    a * tangent.by_trial[1],
+                    a * tangent.by_rate[0],
+                    a * tangent.by_rate[1],
+                ];
+                for (by, exact) in exact.into_iter().enumerate() {
+                    let off = found[(c + 1, by)] - exact;
+                    assert!(off.abs() < 1e-9, "{rate:?}: {c} by {by}: {off}");
+                }
+            }
+            let plain = slip_tangent([-2.0, 0.9, -1.4], None, 0.4);
+            assert_eq!(plain.by_rate, [0.0; 2]);
+        }
+    }
+
+    /// Angle of the force, from that of the pull, after steps of a straight pull over `slip_n` under
+    /// a limit of friction of 1 N, which it begins at 1.2 rad.
+    fn angle_after(slip_n: f64, steps: usize) -> f64 {
+        let pull = slip_n / steps as f64;
+        let mut force = [1.2_f64.cos(), 1.2_f64.sin()];
+        for _ in 0..steps {
+            let trial = [-1.0, force[0] + pull, force[1]];
+            let (_, [_, f1, f2]) = unilateral_coulomb(trial, Some([pull, 0.0]), 1.0, 0.0);
+            force = [f1, f2];
+        }
+        force[1].atan2(force[0])
+    }
+
+    #[test]
+    fn friction_turns_into_a_straight_pull_as_its_closed_form() {
+        // Under constant pressure tan(a / 2) = tan(a_0 / 2) exp(-slip k / (mu N)).
+        let exact = 2.0 * ((0.6_f64).tan() * (-1.5_f64).exp()).atan();
+        let errors = [16, 32, 64, 128].map(|steps| (angle_after(1.5, steps) - exact).abs());
+        for pair in errors.windows(2) {
+            let ratio = pair[0] / pair[1];
+            assert!((3.5..4.6).contains(&ratio), "{errors:?}");
+        }
+        assert!(errors[0] < 1e-3, "{errors:?}");
+    }
+
+    #[test]
+    fn friction_forgets_its_direction_however_far_the_pair_slides_in_a_step() {
+        // Share of a deviation that one step leaves, for steps of 1e-3 to 1e7 times the limit.
+        for exponent in -3..=7 {
+            let pull = 10.0_f64.powi(exponent);
+            let tangent = slip_tangent([-1.0, 1.0 + pull, 0.0], Some([pull, 0.0]), 1.0);
+            let kept = tangent.by_trial[1];
+            let expected = 1.0 / (1.0 + pull + 0.5 * pull * pull);
+            assert!(
+                (kept / expected - 1.0).abs() < 1e-9,
+                "{pull}: {kept} {expected}"
+            );
+        }
+    }
+
+    #[test]
+    fn friction_on_a_line_keeps_its_sense_whatever_the_rate() {
+        for rate in [-1e6, -1.0, 0.0, 1.0, 1e6] {
+            for limit in [0.0, 1e-300, 0.3, 1.0] {
+                let trial = [-1.0, 1.0, 0.0];
+                let (_, force) = unilateral_coulomb(trial, Some([rate, 0.0]), limit, 0.0);
+                assert!(
+                    (force[1] - limit).abs() <= 1e-15 && force[2] == 0.0,
+                    "{rate} {limit}"
+                );
             }
         }
     }

@@ -134,6 +134,8 @@ pub(crate) struct PairState<D = f64> {
 pub(crate) struct Instant<D = f64> {
     /// Trial force (N, t1, t2), N.
     pub trial: [D; 3],
+    /// Rate of its tangential part, N per step, where the law was given it.
+    pub rate: Option<[D; 2]>,
     /// Contact force, N.
     pub force: [D; 3],
     /// State after the instant.
@@ -181,11 +183,18 @@ impl PredictedLaw {
         [normal + self.shift_n, t1, t2]
     }
 
-    /// Pair under a prediction, N, in the state `before`.
+    /// Pair under a prediction, N, in the state `before`. `rate` is the rate of the tangential
+    /// prediction at this instant, N per step; `None`: the step is as good as straight.
     #[inline(always)]
-    pub(crate) fn evaluate<D: Real>(&self, prediction: [D; 3], before: PairState<D>) -> Instant<D> {
+    pub(crate) fn evaluate<D: Real>(
+        &self,
+        prediction: [D; 3],
+        rate: Option<[D; 2]>,
+        before: PairState<D>,
+    ) -> Instant<D> {
         let trial = before.trial_force(prediction);
-        let (contact, force) = coulomb::unilateral_coulomb(trial, self.friction, self.touch_n);
+        let (contact, force) =
+            coulomb::unilateral_coulomb(trial, rate, self.friction, self.touch_n);
         let state = match contact {
             Contact::Stick => PairState { contact, ..before },
             Contact::Slip | Contact::Open => {
@@ -194,29 +203,31 @@ impl PredictedLaw {
         };
         Instant {
             trial,
+            rate,
             force,
             state,
         }
     }
 
-    /// Derivative of the contact force by the trial force where the pair slips.
+    /// Derivative of the contact force where the pair slips.
     #[inline(always)]
-    pub(crate) fn slip_tangent(&self, trial: [f64; 3]) -> SlipTangent {
-        coulomb::slip_tangent(trial, self.friction)
+    pub(crate) fn slip_tangent(&self, trial: [f64; 3], rate: Option<[f64; 2]>) -> SlipTangent {
+        coulomb::slip_tangent(trial, rate, self.friction)
     }
 
-    /// Derivative of the contact force by lambda_u, row by row.
+    /// Derivative of the contact force by lambda_u at a given rate, row by row.
     pub(crate) fn derivative(&self, instant: &Instant) -> [[f64; 3]; 3] {
         let by_trial = match instant.state.contact {
             Contact::Open => [[0.0; 3]; 3],
             Contact::Stick => [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
             Contact::Slip => {
-                let tangent = self.slip_tangent(instant.trial);
-                let ([b1, b2], [e1, e2], k) = (tangent.by_normal, tangent.direction, tangent.kappa);
+                let tangent = self.slip_tangent(instant.trial, instant.rate);
+                let ([b1, b2], [a1, a2]) = (tangent.by_normal, tangent.across);
+                let [t1, t2] = tangent.by_trial;
                 [
                     [1.0, 0.0, 0.0],
-                    [b1, k * (1.0 - e1 * e1), -k * e1 * e2],
-                    [b2, -k * e1 * e2, k * (1.0 - e2 * e2)],
+                    [b1, a1 * t1, a1 * t2],
+                    [b2, a2 * t1, a2 * t2],
                 ]
             }
         };
@@ -297,7 +308,7 @@ mod tests {
         let lambda_u = [0, 1, 2].map(|c| force[c] + EPS[c.min(1)] * x[c]);
         // The slider is where the pair would be without a force.
         let state = predicted.state_at_rest(w, [0.0; 2]);
-        let found = predicted.evaluate(predicted.prediction(lambda_u), state);
+        let found = predicted.evaluate(predicted.prediction(lambda_u), None, state);
         assert_eq!(found.state.contact, Contact::Stick);
         for (found, force) in found.force.iter().zip(force) {
             assert!((found - force).abs() < 1e-14, "{found} {force}");
@@ -332,7 +343,7 @@ mod tests {
                 ([-3.0, 4.0, -2.0], Contact::Slip),
                 ([1.0, 4.0, -2.0], Contact::Open),
             ] {
-                let at = |lambda_u| law.evaluate(law.prediction(lambda_u), state);
+                let at = |lambda_u| law.evaluate(law.prediction(lambda_u), None, state);
                 assert_eq!(at(lambda_u).state.contact, does);
                 let by_differences = central(&lambda_u, 1e-6, |lambda_u| {
                     at([lambda_u[0], lambda_u[1], lambda_u[2]]).force.to_vec()

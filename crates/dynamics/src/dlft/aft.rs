@@ -236,7 +236,7 @@ fn first_state(input: &PairInput<'_>, signals: &Signals) -> PairState {
     }
     // No force depends on the past: the state is that of the last sample, and one period is periodic.
     let last = signals.prediction(signals.samples() - 1, input.law.shift_n);
-    input.law.evaluate(last, input.start).state
+    input.law.evaluate(last, None, input.start).state
 }
 
 /// Evaluates one period from `state`, up to where the pair is within `near_n` of where it was in the
@@ -276,12 +276,15 @@ fn one_period(
             signals.write(n, state.contact, passed.force);
         } else {
             let predicted = signals.prediction(n, input.law.shift_n);
-            let now = input.law.evaluate(predicted, *state);
+            let rate = between.then(|| signals.rate(n));
+            let now = input.law.evaluate(predicted, rate, *state);
             signals.write(n, now.state.contact, now.force);
             passage.slips = now.state.contact != Contact::Stick;
             memory = memory.map(|memory| match now.state.contact {
                 Contact::Stick => memory,
-                Contact::Slip => memory.updated_by_slip(input.law.slip_tangent(now.trial)),
+                Contact::Slip => {
+                    memory.updated_by_slip(input.law.slip_tangent(now.trial, now.rate))
+                }
                 Contact::Open => Memory::Lost,
             });
             *state = now.state;

@@ -28,6 +28,8 @@ pub(crate) struct Visit {
     pub contact: Contact,
     /// Trial force, N.
     pub trial: [f64; 3],
+    /// Rate of its tangential part, N per step, where the law depends on it.
+    pub rate: Option<[f64; 2]>,
     /// Distance slid since the last evaluation, as a force, N.
     pub slid_n: f64,
 }
@@ -69,6 +71,17 @@ fn reversal<D: Real>([first, last]: [[D; 3]; 2]) -> Option<D> {
     (before.re() < 0.0 && after.re() > 0.0).then(|| -before / (after - before))
 }
 
+/// Cosine of the angle between two tangential rates, or 0 where they point away from each other.
+#[inline(always)]
+fn same_direction<D: Real>([first, last]: [[D; 3]; 2]) -> D {
+    let dot = |a: [D; 3], b: [D; 3]| a[1] * b[1] + a[2] * b[2];
+    let along = dot(first, last);
+    if along.re() <= 0.0 {
+        return D::from(0.0);
+    }
+    along / (dot(first, first) * dot(last, last)).sqrt()
+}
+
 /// Returns `true` if the tangential prediction reverses inside the interval.
 #[inline(always)]
 pub(crate) fn reverses(window: [[f64; 2]; 4]) -> bool {
@@ -108,6 +121,7 @@ pub(crate) fn pass<D: Real>(
     let [first, last] = rates(window);
     let turn = reversal([first, last]).filter(|_| law.has_friction());
     let mut visits = [None; 2];
+    let mut at_turn = None;
     for (part, visit) in visits.iter_mut().enumerate() {
         let (at, there, rates) = match (turn, part) {
             (None, 0) => continue,
@@ -127,6 +141,18 @@ pub(crate) fn pass<D: Real>(
             }
         };
         *visit = Some(walk.go_to(at, there, rates));
+        if part == 0 {
+            at_turn = Some((at, walk.force));
+        }
+    }
+    let all_slips = |of: &Option<Visit>| of.is_none_or(|visit| visit.contact == Contact::Slip);
+    if let Some((at, there)) = at_turn
+        && contact == Contact::Slip
+        && visits.iter().all(all_slips)
+    {
+        let bend = three(|c| there[c] - force[c] - (walk.force[c] - force[c]) * at);
+        walk.path
+            .straighten(at, bend, same_direction([first, last]));
     }
     let ends = [
         End {
@@ -270,7 +296,9 @@ impl<D: Real> Walk<D> {
             self.state = PairState::from_contact_force([zero, t1, t2], Contact::Open, [zero; 3]);
         }
         let before = self.state;
-        let now = self.law.evaluate(to, before);
+        // The rate of a step that is as long as the stretch.
+        let rate = two(|c| rates[1][c + 1] * stretch.length);
+        let now = self.law.evaluate(to, Some(rate), before);
         let contact = now.state.contact;
         // The tangential force is the prediction minus the state until the pair leaves its cone.
         // From there it is linear in time, down to 0 where the pair opens. Each part is followed at
@@ -320,6 +348,7 @@ impl<D: Real> Walk<D> {
             landed: was_open && !opens,
             contact,
             trial: now.trial.map(|n| n.re()),
+            rate: Some(rate.map(|n| n.re())),
             slid_n,
         }
     }
@@ -378,6 +407,18 @@ impl<D: Real> Path<D> {
             self.force[c + 1][0] += length * (f + g) * 0.5;
             self.force[c + 1][1] +=
                 length * (f * (begin * 2.0 + end) + g * (begin + end * 2.0)) * (1.0 / 6.0);
+        }
+    }
+
+    /// Takes a share of a bend back: the force goes straight to `at` and from there, `bend` away from
+    /// the line between its ends. The friction of a pair that turns evenly bends in every interval, for
+    /// which the trapezoidal rule over a period needs no correction.
+    #[inline(always)]
+    fn straighten(&mut self, at: D, bend: [D; 3], share: D) {
+        for c in 1..3 {
+            let height = bend[c] * share;
+            self.force[c][0] += height * -0.5;
+            self.force[c][1] += height * (at + 1.0) * (-1.0 / 6.0);
         }
     }
 

@@ -143,6 +143,16 @@ impl Signals {
         [at(0) + shift_n, at(1), at(2)]
     }
 
+    /// Rate of the tangential prediction at sample `n` by central differences, N per interval.
+    #[inline(always)]
+    pub(crate) fn rate(&self, n: usize) -> [f64; 2] {
+        let samples = self.samples();
+        let (before, after) = (self.previous(n), self.next(n));
+        [1, 2].map(|c| {
+            0.5 * (self.lambda_u[c * samples + after] - self.lambda_u[c * samples + before])
+        })
+    }
+
     /// Contact force at sample `n`, N.
     #[inline(always)]
     fn force(&self, n: usize) -> [f64; 3] {
@@ -192,11 +202,17 @@ impl Signals {
         if n == 0 { self.samples() - 1 } else { n - 1 }
     }
 
+    /// Sample after sample `n`; the first sample follows the last.
+    #[inline(always)]
+    pub(crate) fn next(&self, n: usize) -> usize {
+        if n + 1 == self.samples() { 0 } else { n + 1 }
+    }
+
     /// Samples around the interval that ends at sample `n`, which is the third of them.
     #[inline(always)]
     pub(crate) fn neighbourhood(&self, n: usize) -> [usize; 4] {
         let before = self.previous(n);
-        [self.previous(before), before, n, (n + 1) % self.samples()]
+        [self.previous(before), before, n, self.next(n)]
     }
 
     /// Predictions at those samples.

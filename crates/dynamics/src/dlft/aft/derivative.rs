@@ -232,27 +232,32 @@ impl<'a> Pass<'a> {
             if let Some(passed) = &passed {
                 self.go_through_interval(n, passed, walked);
             }
-            let (contact, trial) = match passed {
+            let (contact, instant) = match passed {
                 Some(passed) => (passed.state.contact, None),
                 None => {
-                    let now = law.evaluate(self.signals.prediction(n, law.shift_n), self.state);
+                    let predicted = self.signals.prediction(n, law.shift_n);
+                    let rate = between.then(|| self.signals.rate(n));
+                    let now = law.evaluate(predicted, rate, self.state);
                     self.state = now.state;
-                    (now.state.contact, Some(now.trial))
+                    (now.state.contact, Some(now))
                 }
             };
-            let follows = match trial {
+            let follows = match instant {
                 Some(_) => contact == Contact::Stick,
                 None => contact != Contact::Open,
             };
             if follows && let Some((normal, tangential)) = &mut row {
                 add_prediction_rows(s, &self.history, normal, tangential);
             }
-            let Some(trial) = trial.filter(|_| !follows) else {
+            let Some(instant) = instant.filter(|_| !follows) else {
                 continue;
             };
             if contact == Contact::Slip {
-                let tangent = law.slip_tangent(trial);
-                slip_rows(tangent, s, &self.history, &mut self.force_rows);
+                let tangent = law.slip_tangent(instant.trial, instant.rate);
+                let [before, after] = [self.signals.previous(n), self.signals.next(n)]
+                    .map(|n| self.fourier.padded_row(n));
+                let rows = [s, before, after];
+                slip_rows(tangent, rows, &self.history, &mut self.force_rows);
                 if let Some((normal, tangential)) = row {
                     add(1.0, s, normal);
                     add(1.0, &self.force_rows, tangential);
@@ -372,31 +377,42 @@ fn add_prediction_rows(s: &[f64], history: &[f64], normal: &mut [f64], tangentia
     add_own(s, tangential);
 }
 
-/// Derivative where the pair slips: d lambda_T = -mu e S_N + kappa (I - e e^T) (S_T - history).
+/// Derivative where the pair slips ([`SlipTangent`]), of the trial force S_T - history and its rate.
+/// The rows of the synthesis are those of the sample, of the one before it and of the one after.
 #[inline(always)]
-fn slip_rows(tangent: SlipTangent, s: &[f64], history: &[f64], rows: &mut [f64]) {
+fn slip_rows(
+    tangent: SlipTangent,
+    [s, before, after]: [&[f64]; 3],
+    history: &[f64],
+    rows: &mut [f64],
+) {
     let width = s.len();
     let full = 3 * width;
-    let [e1, e2] = tangent.direction;
-    // (I - e e^T) = across across^T in the plane: one scalar row serves both components.
-    let across = [-e2, e1];
-    let k = tangent.kappa;
     let (first, second) = rows.split_at_mut(full);
     let (h1, h2) = history.split_at(full);
-    for j in 0..full {
-        let v = -k * (across[0] * h1[j] + across[1] * h2[j]);
-        first[j] = across[0] * v;
-        second[j] = across[1] * v;
+    let [g1, g2] = tangent.by_trial;
+    // The part across the force, one row for both components.
+    for (j, across) in first.iter_mut().enumerate() {
+        *across = -(g1 * h1[j] + g2 * h2[j]);
     }
-    let slip_row = [
-        tangent.by_normal,
-        across.map(|a| k * across[0] * a),
-        across.map(|a| k * across[1] * a),
-    ];
-    for (column, by) in slip_row.into_iter().enumerate() {
-        let start = column * width;
-        for (rows, by) in [&mut *first, &mut *second].into_iter().zip(by) {
-            add(by, s, &mut rows[start..start + width]);
+    for (c, (by_trial, by_rate)) in tangent
+        .by_trial
+        .into_iter()
+        .zip(tangent.by_rate)
+        .enumerate()
+    {
+        let half = 0.5 * by_rate;
+        let own = &mut first[(c + 1) * width..(c + 2) * width];
+        for (j, across) in own.iter_mut().enumerate() {
+            *across += by_trial * s[j] + half * (after[j] - before[j]);
         }
+    }
+    let [a1, a2] = tangent.across;
+    for (first, second) in first.iter_mut().zip(second.iter_mut()) {
+        let across = *first;
+        (*first, *second) = (a1 * across, a2 * across);
+    }
+    for (rows, by) in [first, second].into_iter().zip(tangent.by_normal) {
+        add(by, s, &mut rows[..width]);
     }
 }

@@ -6,8 +6,7 @@ use crate::contact::coulomb::{Contact, SlipTangent};
 use crate::dlft::between_samples::Visit;
 
 /// Derivative of the state lambda_x after a stretch of samples by the state before it. Each slip
-/// maps a change onto the direction across the slide, times kappa: a product of such maps is of
-/// rank one.
+/// maps a change onto the direction across the force: a product of such maps is of rank one.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Memory {
     /// The pair sticks throughout: the identity.
@@ -29,29 +28,31 @@ impl Memory {
         let memory = if visit.landed { Self::Lost } else { self };
         match visit.contact {
             Contact::Stick => memory,
-            Contact::Slip => memory.updated_by_slip(law.slip_tangent(visit.trial)),
+            Contact::Slip => memory.updated_by_slip(law.slip_tangent(visit.trial, visit.rate)),
             Contact::Open => Self::Lost,
         }
     }
 
     #[inline(always)]
     pub(super) fn updated_by_slip(self, tangent: SlipTangent) -> Self {
-        let across = [-tangent.direction[1], tangent.direction[0]];
+        let SlipTangent {
+            across, by_trial, ..
+        } = tangent;
         match self {
             Self::Lost => Self::Lost,
             Self::Whole => Self::RankOne {
-                factor: tangent.kappa,
+                factor: 1.0,
                 last: across,
-                first: across,
+                first: by_trial,
             },
             Self::RankOne {
                 factor,
                 last,
                 first,
             } => {
-                let cosine = across[0] * last[0] + across[1] * last[1];
+                let kept = by_trial[0] * last[0] + by_trial[1] * last[1];
                 Self::RankOne {
-                    factor: factor * tangent.kappa * cosine,
+                    factor: factor * kept,
                     last: across,
                     first,
                 }

@@ -263,3 +263,62 @@ fn a_pair_inside_its_cone_returns_its_prediction_and_an_identity_derivative() {
         }
     }
 }
+
+/// Prediction that goes round in a circle of this radius, N, under a compression of 1 N, with one
+/// harmonic.
+fn circle(radius_n: f64) -> [f64; 9] {
+    let mut force = [0.0; 9];
+    (force[0], force[4], force[8]) = (-1.0, radius_n, radius_n);
+    force
+}
+
+/// Largest error of a coefficient of the force of a pair whose prediction goes round in a circle,
+/// relative to the limit of friction, 0.3 N.
+fn error_on_a_circle(radius_n: f64, samples: usize) -> f64 {
+    let fourier = Fourier::new(1, samples);
+    let force = circle(radius_n);
+    let mut lambda = vec![0.0; 9];
+    let mut signals = Signals::new(samples);
+    let end = contact_forces(&fourier, input(&force), &mut signals, &mut lambda);
+    assert!(end.periodic);
+    // The slider follows in a circle, with the force at right angles to its radius.
+    let (s, c) = (0.3 / radius_n).acos().sin_cos();
+    let exact = [c, -s, s, c].map(|v| 0.3 * v);
+    let found = [lambda[4], lambda[5], lambda[7], lambda[8]];
+    let off = found.iter().zip(exact).map(|(f, e)| (f - e).abs());
+    off.fold(0.0, f64::max) / 0.3
+}
+
+#[test]
+fn the_direction_of_friction_is_of_second_order_in_the_samples() {
+    for radius_n in [0.31, 0.5, 3.0, 3e3, 3e6] {
+        let errors = [64, 128, 256].map(|samples| error_on_a_circle(radius_n, samples));
+        assert!(errors[0] < 2e-3, "{radius_n}: {errors:?}");
+        for pair in errors.windows(2) {
+            let falls = pair[1] < 1e-9 || pair[0] / pair[1] > 3.5;
+            assert!(falls, "{radius_n}: {errors:?}");
+        }
+    }
+}
+
+#[test]
+fn a_pair_forgets_its_past_however_far_it_slides_in_a_period() {
+    let fourier = Fourier::new(1, 64);
+    for exponent in 0..=7 {
+        let radius_n = 10.0_f64.powi(exponent);
+        let force = circle(radius_n);
+        let input = input(&force);
+        let mut signals = Signals::new(64);
+        signals.predict(&fourier, &input);
+        let last = signals.prediction(63, 0.0);
+        let after_a_period = [0.8, 1.1].map(|angle: f64| {
+            let pulls = [-1.0, 0.3 * angle.cos(), 0.3 * angle.sin()];
+            let mut state = PairState::from_contact_force(last, Contact::Slip, pulls);
+            one_period(64, &input, &mut signals, &mut state, None, false);
+            state
+        });
+        let [one, other] = after_a_period;
+        let apart = one.distance_n(&other) / 0.3;
+        assert!(apart < 0.03 + 1e-15 * radius_n, "{radius_n}: {apart}");
+    }
+}

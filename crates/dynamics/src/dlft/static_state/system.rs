@@ -117,7 +117,7 @@ impl StaticSystem {
             .map(|(pair, state)| {
                 let law = self.law(pair);
                 let pair_lambda_u = [0, 1, 2].map(|c| lambda_u[3 * pair + c]);
-                law.evaluate(law.prediction(pair_lambda_u), *state)
+                law.evaluate(law.prediction(pair_lambda_u), None, *state)
             })
             .collect()
     }
@@ -156,7 +156,7 @@ impl StaticSystem {
             let law = self.law(pair);
             let (now, next) = (law.friction, next[pair]);
             if instant.state.contact == Contact::Slip && next > 0.0 {
-                let [e1, e2] = law.slip_tangent(instant.trial).direction;
+                let [e1, e2] = law.slip_tangent(instant.trial, None).direction;
                 let force = -instant.trial[0] * now * (next - now) / next;
                 change[3 * pair + 1] = force * e1;
                 change[3 * pair + 2] = force * e2;
