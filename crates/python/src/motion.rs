@@ -9,7 +9,7 @@ use pyo3::types::PyDict;
 
 use crate::arrays::{amplitudes, block, table, vector};
 use crate::subject::{ResultSubject, missing_recovery_error};
-use dovetail_solver::dlft::{Orbit, PairCycle, Response};
+use dovetail_solver::dlft::{Orbit, PairCycle, PairErrors, Response};
 use dovetail_solver::results::quantities::loss_factor;
 use dovetail_solver::results::recovery::NodalField;
 use dovetail_solver::results::signals::pair_signals;
@@ -77,6 +77,24 @@ impl PyMotion {
         of: impl Fn(&PairCycle) -> f64,
     ) -> Bound<'py, PyArray1<f64>> {
         vector(py, self.orbit().cycles.iter().map(of).collect())
+    }
+
+    /// Error of each pair; NaN where it has none, or errors are not known.
+    fn error_array<'py>(
+        &self,
+        py: Python<'py>,
+        of: impl Fn(&PairErrors) -> Option<f64>,
+    ) -> Bound<'py, PyArray1<f64>> {
+        let orbit = self.orbit();
+        let errors = match &orbit.figure_errors {
+            Some(errors) => errors
+                .pairs
+                .iter()
+                .map(|e| of(e).unwrap_or(f64::NAN))
+                .collect(),
+            None => vec![f64::NAN; orbit.cycles.len()],
+        };
+        vector(py, errors)
     }
 
     fn area_array<'py>(
@@ -170,13 +188,85 @@ impl PyMotion {
         vector(py, self.orbit().observed_amplitude.clone())
     }
 
-    /// Estimated relative error of each amplitude for the harmonics left out, (observations,); NaN
+    /// Estimated relative error of each amplitude, from harmonics and samples, (observations,); NaN
     /// where it is not known.
     #[getter]
     fn estimated_error<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         let orbit = self.orbit();
         let of = |i: usize| orbit.amplitude_error(i).unwrap_or(f64::NAN);
         vector(py, (0..orbit.observed.len()).map(of).collect())
+    }
+
+    /// Estimated error of the friction power of all pairs, W; NaN where it is not known.
+    #[getter]
+    fn friction_power_error_w(&self) -> f64 {
+        let errors = self.orbit().figure_errors.as_ref();
+        errors.map_or(f64::NAN, |errors| errors.friction_power_w)
+    }
+
+    /// Estimated error of the power of the damping, W; NaN where it is not known.
+    #[getter]
+    fn viscous_power_error_w(&self) -> f64 {
+        let errors = self.orbit().figure_errors.as_ref();
+        errors.map_or(f64::NAN, |errors| errors.viscous_power_w)
+    }
+
+    /// Estimated error of the friction power of each pair, W, (pairs,); NaN where it is not known.
+    #[getter]
+    fn pair_friction_power_error_w<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        self.error_array(py, |errors| Some(errors.friction_power_w))
+    }
+
+    /// Estimated error of the distance that each pair slides, m, (pairs,); NaN where it is not known.
+    #[getter]
+    fn slid_error_m<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        self.error_array(py, |errors| Some(errors.slid_m))
+    }
+
+    /// Estimated error of the smallest compression of each pair, N, (pairs,); NaN where it is not
+    /// known.
+    #[getter]
+    fn compression_min_error_n<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        self.error_array(py, |errors| Some(errors.compression_min_n))
+    }
+
+    /// Estimated error of the largest compression of each pair, N, (pairs,); NaN where it is not known,
+    /// and for a rigid pair that lands, whose force has no finite maximum.
+    #[getter]
+    fn compression_max_error_n<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        self.error_array(py, |errors| errors.compression_max_n)
+    }
+
+    /// Impulse of the landing of each rigid pair that opens and closes again, N s, (pairs,); NaN for
+    /// other pairs.
+    #[getter]
+    fn landing_impulse_ns<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        self.cycle_array(py, |cycle| {
+            cycle.landing.map_or(f64::NAN, |landing| landing.impulse_ns)
+        })
+    }
+
+    /// Largest compression of each rigid pair that lands outside 1 / (H + 1) of a period after its
+    /// landings, N, (pairs,); NaN for other pairs.
+    #[getter]
+    fn compression_after_landing_n<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        self.cycle_array(py, |cycle| {
+            let landing = cycle.landing;
+            landing.map_or(f64::NAN, |landing| landing.compression_after_n)
+        })
+    }
+
+    /// Estimated error of the impulse of each landing, N s, (pairs,); NaN for other pairs.
+    #[getter]
+    fn landing_impulse_error_ns<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        self.error_array(py, |errors| errors.landing.map(|[impulse, _]| impulse))
+    }
+
+    /// Estimated error of the largest compression outside the landings of each pair, N, (pairs,); NaN
+    /// for other pairs.
+    #[getter]
+    fn compression_after_landing_error_n<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        self.error_array(py, |errors| errors.landing.map(|[_, after]| after))
     }
 
     /// What each pair does in a period: `stuck`, `slipping`, `opening` (separates for a part of the

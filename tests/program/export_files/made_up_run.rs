@@ -373,6 +373,7 @@ fn response(model: &Model, motion: &[Vec<NodalField>; 2]) -> Response {
                     compression_mean_n: mean,
                     compression_min_n: (mean - swing).max(0.0),
                     compression_max_n: mean + swing,
+                    landing: None,
                     friction_power_w: 0.3 * mean * slid * f,
                 }
             })

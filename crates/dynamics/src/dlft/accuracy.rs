@@ -1,22 +1,26 @@
-//! Choice of as many harmonics as a frequency needs for an accuracy, by the truncation error, which
-//! is estimated from the harmonics left out.
+//! Choice of as many harmonics as a frequency needs for an accuracy, by the errors of its figures,
+//! which are estimated from the harmonics left out and from twice the samples.
 //!
 //! The contact forces of a motion with H harmonics have harmonics above H, which its balance leaves
-//! out. In a finer balance they are a residual; its first Newton correction says how far the
-//! observed amplitudes would move. A motion is judged by two such balances, with the next step of
-//! harmonics and with about twice as many; for one harmonic both are the balance with three. Where
-//! the larger estimate is above the accuracy asked for, the balance of the next step is solved, from
-//! its corrected motion.
+//! out. In a finer balance they are a residual, as is what its samples leave of a force with corners.
+//! Its first Newton correction says how far the observed amplitudes, the powers and the contact
+//! forces would move. A motion is judged by two such balances, with the next step of harmonics and
+//! with about twice as many; for one harmonic both are the balance with three. Where the larger
+//! estimate is above the accuracy asked for, the balance of the next step is solved, from its
+//! corrected motion. The friction power and the largest contact force may err three times as much as
+//! the amplitudes.
 //!
 //! One harmonic is not accepted where most pairs slip or open.
 //!
 //! For few unknowns a balance with four times the harmonics, or at least twice, is solved instead:
 //! rigid friction at a point has kinks over which a linear step tells little, and amplitudes may
-//! not change between two numbers of harmonics.
+//! not change between two numbers of harmonics. This finer solution is judged by a still finer balance
+//! before it is believed.
 
 use super::balance::Setting;
+use super::figure_errors::FigureErrors;
 use super::point::{
-    FrequencySolver, HarmonicTruncation, MOST_EXACT_UNKNOWNS, Neighbour, Solution, SolverWork,
+    AmplitudeChange, EstimatedMotion, FrequencySolver, Judge, Neighbour, Solution, SolverWork,
 };
 use crate::dlft::settings::Resolution;
 use dovetail_numerics::fourier::Fourier;
@@ -28,14 +32,18 @@ const STEPS: [usize; 9] = [1, 3, 5, 7, 9, 11, 15, 21, Resolution::MOST_ADAPTED];
 /// Least ratio of the estimated error to the change of the amplitude by further harmonics. The
 /// change falls short of the error: the harmonics above them are still left out, and the change is
 /// found in one linear step.
-pub(crate) const LEAST_SHORTFALL: f64 = 2.5;
+const LEAST_SHORTFALL: f64 = 2.5;
 
 /// Ratio of the estimated error to the change of the amplitude by the harmonics from `harmonics` up
 /// to `finer`. In gross slip an amplitude approaches its limit as 1 / H: the error is then 1 / H,
 /// and the change 1 / H - 1 / H'.
-fn shortfall(harmonics: usize, finer: usize) -> f64 {
+pub(crate) fn shortfall(harmonics: usize, finer: usize) -> f64 {
     LEAST_SHORTFALL.max(finer as f64 / (finer - harmonics) as f64)
 }
+
+/// Most unknowns of a balance that is solved to judge another one: Newton's method factors its
+/// Jacobian.
+const MOST_CHECKED_UNKNOWNS: usize = 800;
 
 /// Number of levels above the first that are tried where no solution is found on it.
 const MOST_LEVELS_UP: usize = 3;
@@ -47,11 +55,26 @@ const PLENTY: f64 = 0.2;
 /// Refinement in levels: balances with more and more harmonics, of which the last serves estimates
 /// alone.
 pub(crate) struct Refinement<'a> {
-    levels: Vec<FrequencySolver<'a>>,
-    /// Solver of [`Level::check`] of each level.
-    checks: Vec<Option<FrequencySolver<'a>>>,
+    levels: Vec<Judge<'a>>,
+    /// Solvers of [`Level::check`] of each level.
+    checks: Vec<Option<CheckSolvers<'a>>>,
     /// Relative accuracy asked for; `None`: the first level is taken, whatever its error.
     accuracy: Option<f64>,
+}
+
+/// Solvers of a [`Check`].
+struct CheckSolvers<'a> {
+    solved: Judge<'a>,
+    judge: Option<Judge<'a>>,
+}
+
+/// Errors of a motion, and a start for the next level.
+struct Estimate {
+    /// Relative error of each observed amplitude, at most 1.
+    observed: Vec<f64>,
+    figures: Option<FigureErrors>,
+    /// U with more harmonics.
+    finer: Vec<f64>,
 }
 
 /// Frequency solved with the harmonics that it needs.
@@ -61,6 +84,8 @@ pub(crate) struct Resolved {
     /// Estimated relative error, at most 1, of each observed amplitude, or of the whole vibration
     /// where nothing is observed. Empty where the error was not estimated.
     pub estimated_errors: Vec<f64>,
+    /// Estimated errors of the other figures; `None` where they are not known.
+    pub figure_errors: Option<FigureErrors>,
     /// True if the estimate is within the accuracy, or no accuracy is asked for.
     pub is_accurate: bool,
     /// Level of the solution.
@@ -76,21 +101,59 @@ impl Resolved {
             is_accurate: solved.is_converged(),
             solved,
             estimated_errors: Vec::new(),
+            figure_errors: None,
             level,
             next_level: level,
         }
     }
 }
 
-/// Harmonics, samples and eps of a balance.
-pub(crate) struct Level {
+/// Harmonics and samples of a balance, and its eps.
+pub(crate) struct Grid {
     /// Harmonics and samples.
-    pub fourier: Arc<Fourier>,
+    fourier: Arc<Fourier>,
+    /// As many harmonics with twice the samples.
+    twice: Arc<Fourier>,
     /// Parameter eps, as in [`Setting`].
-    pub eps: Arc<[f64]>,
-    /// Level with two to four times the harmonics, where that is small enough to be solved to judge
-    /// this one.
-    pub check: Option<Box<Level>>,
+    eps: Arc<[f64]>,
+}
+
+/// Balance that a frequency is solved with, or judged by.
+pub(crate) struct Level {
+    grid: Grid,
+    /// Finer balance that is solved to judge this one, where it is small enough.
+    check: Option<Check>,
+}
+
+/// Balance with two to four times the harmonics and twice the samples.
+struct Check {
+    solved: Grid,
+    /// Still finer balance, by which the solution is judged.
+    judge: Option<Grid>,
+}
+
+impl Level {
+    /// Harmonics and samples, and eps.
+    pub(crate) fn fourier_and_eps(&self) -> (&Arc<Fourier>, &Arc<[f64]>) {
+        (&self.grid.fourier, &self.grid.eps)
+    }
+}
+
+impl Grid {
+    fn new(harmonics: usize, samples: usize, eps: Vec<f64>) -> Self {
+        Self {
+            fourier: Fourier::new(harmonics, samples).into(),
+            twice: Fourier::new(harmonics, 2 * samples).into(),
+            eps: eps.into(),
+        }
+    }
+
+    fn judge<'a>(&self, lowest: &FrequencySolver<'a>) -> Judge<'a> {
+        Judge {
+            solver: lowest.with_resolution(&self.fourier, &self.eps),
+            twice: Arc::clone(&self.twice),
+        }
+    }
 }
 
 /// Levels of a resolution, with `eps(harmonics)` of each.
@@ -100,16 +163,23 @@ pub(crate) fn levels(
     eps: impl Fn(usize) -> Vec<f64>,
 ) -> Vec<Level> {
     let level = |harmonics, samples| Level {
-        fourier: Fourier::new(harmonics, samples).into(),
-        eps: eps(harmonics).into(),
+        grid: Grid::new(harmonics, samples, eps(harmonics)),
         check: None,
     };
     let checked = |harmonics: usize, samples: &dyn Fn(usize) -> usize| {
         let mut base_level = level(harmonics, samples(harmonics));
-        let most = (MOST_EXACT_UNKNOWNS / base_level.eps.len().max(1)).saturating_sub(1) / 2;
+        let unknowns = base_level.grid.eps.len().max(1);
+        let most = (MOST_CHECKED_UNKNOWNS / unknowns).saturating_sub(1) / 2;
         let further = (4 * harmonics + 3).min(most);
         if further > 2 * harmonics {
-            base_level.check = Some(Box::new(level(further, samples(further))));
+            let solved = 2 * samples(further).max(samples(harmonics));
+            let finest = doubled(further).min(doubled(Resolution::MOST_ADAPTED));
+            let is_finer = 5 * finest >= 6 * further;
+            base_level.check = Some(Check {
+                solved: Grid::new(further, solved, eps(further)),
+                judge: is_finer
+                    .then(|| Grid::new(finest, solved.max(samples(finest)), eps(further))),
+            });
         }
         base_level
     };
@@ -140,12 +210,13 @@ fn doubled(harmonics: usize) -> usize {
     2 * harmonics + 1
 }
 
-/// Samples of a period that keep their error at an eighth of `accuracy`, and carry the harmonics.
-/// The error was found to be at most `2 / samples^2` of the amplitude (docs/method.md).
+/// Samples of a period for a motion with so many harmonics: enough for an error of `2 / samples^2`, as
+/// most amplitudes have, to be an eighth of `accuracy`, and twice as many as carry the harmonics, so
+/// that the error of the samples falls with that of the harmonics.
 pub fn samples_for(accuracy: f64, harmonics: usize) -> usize {
     let for_accuracy = (16.0 / accuracy).sqrt().ceil() as usize;
-    let least = Resolution::least_samples(harmonics);
-    for_accuracy.max(least).next_power_of_two()
+    let carrying = 2 * Resolution::least_samples(harmonics);
+    for_accuracy.max(carrying).next_power_of_two()
 }
 
 impl<'a> Refinement<'a> {
@@ -156,11 +227,17 @@ impl<'a> Refinement<'a> {
         levels: &[Level],
         resolution: Resolution,
     ) -> Self {
-        let solver_at = |level: &Level| lowest.with_resolution(&level.fourier, &level.eps);
-        let check_of = |level: &Level| level.check.as_deref().map(solver_at);
+        let check_of = |check: &Check| CheckSolvers {
+            solved: check.solved.judge(lowest),
+            judge: check.judge.as_ref().map(|judge| judge.judge(lowest)),
+        };
+        let checks = levels.iter().map(|level| level.check.as_ref());
         Self {
-            levels: levels.iter().map(solver_at).collect(),
-            checks: levels.iter().map(check_of).collect(),
+            levels: levels
+                .iter()
+                .map(|level| level.grid.judge(lowest))
+                .collect(),
+            checks: checks.map(|check| check.map(check_of)).collect(),
             accuracy: match resolution {
                 Resolution::Fixed { .. } => None,
                 Resolution::Accuracy(accuracy) => Some(accuracy),
@@ -170,16 +247,23 @@ impl<'a> Refinement<'a> {
 
     /// Solvers of the same levels, but otherwise like `solver`, such as one of another model.
     pub(crate) fn rebuilt<'s>(&self, solver: &FrequencySolver<'s>) -> Refinement<'s> {
-        let levels_with = |of_level: &FrequencySolver<'_>| {
-            let Setting { fourier, eps, .. } = &of_level.setting;
-            solver.with_resolution(fourier, eps)
+        let rebuilt = |judge: &Judge<'_>| {
+            let Setting { fourier, eps, .. } = &judge.solver.setting;
+            Judge {
+                solver: solver.with_resolution(fourier, eps),
+                twice: Arc::clone(&judge.twice),
+            }
+        };
+        let rebuilt_check = |check: &CheckSolvers<'_>| CheckSolvers {
+            solved: rebuilt(&check.solved),
+            judge: check.judge.as_ref().map(rebuilt),
         };
         Refinement {
-            levels: self.levels.iter().map(levels_with).collect(),
+            levels: self.levels.iter().map(rebuilt).collect(),
             checks: self
                 .checks
                 .iter()
-                .map(|check| check.as_ref().map(levels_with))
+                .map(|check| check.as_ref().map(rebuilt_check))
                 .collect(),
             accuracy: self.accuracy,
         }
@@ -200,18 +284,19 @@ impl<'a> Refinement<'a> {
 
     /// Number of the first level with at least so many harmonics.
     pub(crate) fn level_of(&self, harmonics: usize) -> usize {
-        let enough = |level: &FrequencySolver<'_>| level.setting.fourier.harmonics() >= harmonics;
-        self.levels.iter().position(enough).unwrap_or(0)
+        let levels = 0..self.levels.len();
+        let enough = |level: &usize| self.harmonics(*level) >= harmonics;
+        levels.into_iter().find(enough).unwrap_or(0)
     }
 
     /// Solver of the first level with at least so many harmonics.
     pub(crate) fn solver_for_harmonics(&self, harmonics: usize) -> &FrequencySolver<'_> {
-        &self.levels[self.level_of(harmonics)]
+        self.level(self.level_of(harmonics))
     }
 
     /// Solver of the lowest level, for what is the same on all levels.
     pub(crate) fn lowest(&self) -> &FrequencySolver<'_> {
-        &self.levels[0]
+        self.level(0)
     }
 
     /// Solves one frequency by `solve` on level `from`, or on one of the next above it where no
@@ -224,11 +309,11 @@ impl<'a> Refinement<'a> {
     ) -> (usize, Solution) {
         let highest = self.highest();
         let mut level = from.min(highest);
-        let mut solved = solve(&self.levels[level], work);
+        let mut solved = solve(self.level(level), work);
         let last = highest.min(level + MOST_LEVELS_UP);
         while !solved.is_converged() && level < last {
             level += 1;
-            solved = solve(&self.levels[level], work);
+            solved = solve(self.level(level), work);
         }
         (level, solved)
     }
@@ -241,9 +326,14 @@ impl<'a> Refinement<'a> {
         }
     }
 
+    /// Harmonics of a level with twice its samples.
+    pub(crate) fn twice(&self, level: usize) -> &Arc<Fourier> {
+        &self.levels[level].twice
+    }
+
     /// Solver of a level.
     pub(crate) fn level(&self, level: usize) -> &FrequencySolver<'a> {
-        &self.levels[level]
+        &self.levels[level].solver
     }
 
     /// Estimates the error of a solution of a level, and solves levels above until the accuracy
@@ -260,15 +350,19 @@ impl<'a> Refinement<'a> {
             if !solved.is_converged() {
                 return Resolved::unestimated(level, solved);
             }
-            let (estimated_errors, finer) = self.estimate(level, &solved, frequency_hz, work);
-            let largest = estimated_errors.iter().copied().fold(0.0, f64::max);
+            let motion = EstimatedMotion::new(&solved, frequency_hz);
+            let estimate = self.estimate(level, &motion, work);
+            let figures = estimate.figures.as_ref();
+            let of_figures = figures.map_or(0.0, |f| f.as_amplitude_error(&motion.orbit));
+            let largest = estimate.observed.iter().copied().fold(of_figures, f64::max);
             let fine = self.accuracy.is_none_or(|a| largest <= a);
             let suffices = fine && !(highest > level && self.is_rough(level, &solved));
             if !suffices {
+                let finer = estimate.finer;
                 let start = Neighbour::following(None, frequency_hz, finer, solved.balance.mean());
                 // A level may have no solution that is found, and the one above it may.
                 let refined = (level + 1..=highest).find_map(|above| {
-                    let finer = self.levels[above].solve_from(frequency_hz, &start, work);
+                    let finer = self.level(above).solve_from(frequency_hz, &start, work);
                     finer.is_converged().then_some((above, finer))
                 });
                 if let Some((above, finer)) = refined {
@@ -279,7 +373,8 @@ impl<'a> Refinement<'a> {
             let fewer = self.is_plenty(largest) && level > 0 && !self.is_rough(level - 1, &solved);
             return Resolved {
                 solved,
-                estimated_errors,
+                estimated_errors: estimate.observed,
+                figure_errors: estimate.figures,
                 is_accurate: suffices,
                 level,
                 next_level: level - usize::from(fewer),
@@ -287,42 +382,25 @@ impl<'a> Refinement<'a> {
         }
     }
 
-    /// Estimated error of each observed amplitude of a motion of this level, and the motion with
-    /// further harmonics. The error is the largest of those by the next harmonics and by up to
-    /// twice as many.
+    /// Estimates the errors of a motion of this level.
     fn estimate(
         &self,
         level: usize,
-        solved: &Solution,
-        frequency_hz: f64,
+        motion: &EstimatedMotion<'_>,
         work: &mut SolverWork,
-    ) -> (Vec<f64>, Vec<f64>) {
-        let harmonics = self.harmonics(level);
-        let finer: Vec<(usize, HarmonicTruncation)> = match &self.checks[level] {
-            Some(check) => {
-                let work = work.estimate_work(0);
-                let finer = check.truncation_by_finer_solution(solved, frequency_hz, work);
-                vec![(check.setting.fourier.harmonics(), finer)]
-            }
-            None => {
-                let mut judges = vec![level + 1, self.level_of(doubled(harmonics))];
-                judges.dedup();
-                let finer: Vec<&FrequencySolver<'_>> =
-                    judges.iter().map(|judge| &self.levels[*judge]).collect();
-                let truncations = FrequencySolver::truncations(&finer, solved, frequency_hz, work);
-                let harmonics = judges.iter().map(|judge| self.harmonics(*judge));
-                harmonics.zip(truncations).collect()
-            }
+    ) -> Estimate {
+        let Some(check) = &self.checks[level] else {
+            let mut judges = vec![level + 1, self.level_of(doubled(self.harmonics(level)))];
+            judges.dedup();
+            let judges: Vec<&Judge<'_>> = judges.iter().map(|i| &self.levels[*i]).collect();
+            return estimate_by_corrections(&judges, motion, work);
         };
-        let mut errors = vec![0.0_f64; finer[0].1.changes.len()];
-        for (of, truncation) in &finer {
-            let shortfall = shortfall(harmonics, *of);
-            for (error, change) in errors.iter_mut().zip(&truncation.changes) {
-                *error = error.max(shortfall * change).min(1.0);
-            }
+        let (solver, coarse) = (&check.solved.solver, motion.solution);
+        let work_on_check = work.estimate_work(0);
+        match solver.finer_solution(coarse, motion.frequency_hz, work_on_check) {
+            Some(finer) => check.estimate(&finer, motion, work),
+            None => estimate_by_corrections(&[&check.solved], motion, work),
         }
-        let (_, first) = finer.into_iter().next().expect("one at least");
-        (errors, first.u)
     }
 
     /// Returns `true` if this level has one harmonic, and most pairs slip or open: a linear step
@@ -335,6 +413,83 @@ impl<'a> Refinement<'a> {
     }
 
     fn harmonics(&self, level: usize) -> usize {
-        self.levels[level].setting.fourier.harmonics()
+        self.levels[level].harmonics()
+    }
+}
+
+/// Errors of a motion by Newton corrections of finer balances: the largest that any of them gives.
+/// The corrected motion of the first one is the start for the next level.
+fn estimate_by_corrections(
+    judges: &[&Judge<'_>],
+    motion: &EstimatedMotion<'_>,
+    work: &mut SolverWork,
+) -> Estimate {
+    let corrections = Judge::corrections(judges, motion, work);
+    let mut estimate = Estimate {
+        observed: vec![0.0; corrections[0].changes.len()],
+        figures: None,
+        finer: Vec::new(),
+    };
+    for (judge, finer) in judges.iter().zip(corrections) {
+        let factor = shortfall(motion.orbit.harmonics, judge.harmonics());
+        for (error, change) in estimate.observed.iter_mut().zip(&finer.changes) {
+            *error = error.max(change.relative(factor * change.by));
+        }
+        if let Some(orbit) = &finer.orbit {
+            let figures = FigureErrors::from_distance(&motion.orbit, orbit, factor);
+            estimate.figures = Some(figures);
+        }
+        if estimate.finer.is_empty() {
+            estimate.finer = finer.u;
+        }
+    }
+    estimate
+}
+
+impl CheckSolvers<'_> {
+    /// Errors of a motion beside the solution of the finer balance, which has an error of its own.
+    fn estimate(
+        &self,
+        finer: &Solution,
+        motion: &EstimatedMotion<'_>,
+        work: &mut SolverWork,
+    ) -> Estimate {
+        let finer = EstimatedMotion::new(finer, motion.frequency_hz);
+        let Solution {
+            balance,
+            u,
+            evaluation,
+            ..
+        } = finer.solution;
+        let harmonics = finer.orbit.harmonics;
+        let factor = shortfall(motion.orbit.harmonics, harmonics);
+        let change = motion.change_to(balance, u.clone(), Some(evaluation));
+        let distance = |factor| FigureErrors::from_distance(&motion.orbit, &finer.orbit, factor);
+        let (mut observed, mut figures) = (Vec::new(), distance(factor));
+        let judged = self.judge.as_ref().map(|judge| {
+            let corrected = Judge::corrections(&[judge], &finer, work).remove(0);
+            (corrected, shortfall(harmonics, judge.harmonics()))
+        });
+        // A correction that is not found says nothing.
+        let judged = judged.filter(|(corrected, _)| corrected.orbit.is_some());
+        for (i, change) in change.changes.iter().enumerate() {
+            let AmplitudeChange { by, .. } = *change;
+            let own = judged
+                .as_ref()
+                .map_or(0.0, |(corrected, factor)| factor * corrected.changes[i].by);
+            observed.push(change.relative((factor * by).max(by + own)));
+        }
+        if let Some((corrected, factor)) = &judged
+            && let Some(orbit) = &corrected.orbit
+        {
+            let own = FigureErrors::from_distance(&finer.orbit, orbit, *factor);
+            let sum = distance(1.0).combined(&own, |a, b| a + b);
+            figures = figures.combined(&sum, f64::max);
+        }
+        Estimate {
+            observed,
+            figures: Some(figures),
+            finer: change.u,
+        }
     }
 }

@@ -5,7 +5,7 @@
 //! known at once, and only the other ("active") pairs enter the linear solve.
 
 use super::aft::{PairEnd, contact_force_derivative, contact_forces, last_period};
-use super::pair_signals::{PairInput, Periods, Rounding, Signals, compression_n};
+use super::pair_signals::{PairInput, Periods, Rounding, Signals};
 use super::retention::{Mean, Retention};
 use super::{PairStatus, StaticState};
 use crate::contact::PredictedLaw;
@@ -409,7 +409,7 @@ impl Balance {
     }
 
     /// Compression -lambda_N of a pair at the samples of a period under the law itself, N, from the
-    /// `lambda_u` of an evaluation.
+    /// `lambda_u` of an evaluation. Below zero the pair is open.
     pub(crate) fn compressions_n(&self, pair: usize, lambda_u: &[f64]) -> Vec<f64> {
         let fourier = &self.setting.fourier;
         let shift_n = self.law(pair).shift_n;
@@ -417,7 +417,8 @@ impl Balance {
         let force = self.prediction(lambda_u, pair);
         fourier.to_time(&force[..fourier.width()], &mut compressions);
         for normal in &mut compressions {
-            *normal = compression_n(*normal + shift_n);
+            // 0 - x rather than -x: a pair without force carries 0, not -0.
+            *normal = 0.0 - (*normal + shift_n);
         }
         compressions
     }

@@ -44,6 +44,8 @@ use crate::problem::LinearReference;
 use dovetail_numerics::spectrum::blocks;
 use retention::Mean;
 
+pub use figure_errors::{FigureErrors, PairErrors};
+
 /// Outcome of the solution of one frequency, or of the static state.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -215,9 +217,11 @@ pub struct Orbit {
     /// Largest of `observed_error`, or the error of the whole vibration where nothing is observed.
     /// `None` where no harmonics are left out, or the balance was not solved.
     pub estimated_error: Option<f64>,
-    /// Estimated relative error of each observed amplitude for the harmonics left out
+    /// Estimated relative error of each observed amplitude, from harmonics and samples
     /// ([`accuracy`]), 0 to 1. Empty where `estimated_error` is `None`.
     pub observed_error: Vec<f64>,
+    /// Estimated errors of the other figures; `None` where they are not known.
+    pub figure_errors: Option<FigureErrors>,
     /// Treatment of the mean that the motion was solved with, along the motions that only friction
     /// holds ([`retention`]).
     pub mean: Mean,
@@ -262,9 +266,18 @@ impl Orbit {
             residual: 0.0,
             estimated_error: None,
             observed_error: Vec::new(),
+            figure_errors: None,
             mean: Mean::Free,
             retention_n: 0.0,
         }
+    }
+
+    /// Relative error by which an accuracy judges the motion: that of its amplitudes, or a third of
+    /// that of the friction power or of the largest contact force, if that is larger.
+    pub fn judged_error(&self) -> Option<f64> {
+        let figures = self.figure_errors.as_ref();
+        let figures = figures.map_or(0.0, |errors| errors.as_amplitude_error(self));
+        Some(self.estimated_error?.max(figures))
     }
 
     /// Number of pairs of each status in the period.
@@ -294,14 +307,28 @@ pub struct PairCycle {
     pub open_fraction: f64,
     /// Mean compression -lambda_N over the period, N.
     pub compression_mean_n: f64,
-    /// Smallest compression that the law gives at the samples, N: 0 where the pair opens.
+    /// Smallest compression that the law gives, N: 0 where the pair opens.
     pub compression_min_n: f64,
-    /// Largest compression that the law gives at the samples, N.
+    /// Largest compression that the law gives, N. That of a rigid pair that lands
+    /// depends on the number of harmonics: the true force has no finite maximum.
     pub compression_max_n: f64,
+    /// Landing of a rigid pair that opens and closes again.
+    pub landing: Option<Landing>,
     /// Friction power, W: the mean of force times velocity, both of H harmonics. With the power of
     /// the damping it makes up the power put in. It can be slightly below zero where a pair hardly
     /// slides, and is 0 without friction.
     pub friction_power_w: f64,
+}
+
+/// Landing of a rigid pair: its force is an impulse, which so many harmonics spread over
+/// 1 / (H + 1) of a period.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub struct Landing {
+    /// Impulse of the compression from the landing on, for that share of a period, N s; the largest of
+    /// all landings.
+    pub impulse_ns: f64,
+    /// Largest compression outside these shares, N.
+    pub compression_after_n: f64,
 }
 
 /// Answer of the [linear reference](LinearReference) at one frequency.
@@ -556,6 +583,7 @@ pub mod demand;
 pub mod dense;
 mod derivative_rows;
 pub mod eps;
+mod figure_errors;
 mod gross_slip;
 #[cfg(test)]
 pub(crate) mod jacobians;

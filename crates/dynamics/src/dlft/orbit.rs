@@ -2,7 +2,7 @@
 //! pair cycles, powers.
 
 use super::balance::{Balance, Evaluation, Setting};
-use super::{CycleStatus, LinearPoint, Orbit, Outcome, PairCycle, PairStatus};
+use super::{CycleStatus, Landing, LinearPoint, Orbit, Outcome, PairCycle, PairStatus};
 use crate::problem::dynamic_stiffness::ContactSystem;
 use crate::problem::unforced::Unforced;
 use crate::reduced::{Load, ObservedPoint, ReducedModel};
@@ -448,6 +448,7 @@ fn pair_cycle(
     let open_at_rest = balance.setting.at_rest[pair] == PairStatus::Open;
     // Compressions by the law itself: a sum of harmonics would pull at a pair that opens.
     let compressions = balance.compressions_n(pair, &evaluation.lambda_u);
+    let [least_n, most_n] = extremes(&compressions).map(|n| n.max(0.0));
     let rubs = balance.setting.system.problem.laws[pair].friction > 0.0;
     let mut friction = 0.0;
     for k in (1..=fourier.harmonics()).filter(|_| rubs) {
@@ -467,10 +468,102 @@ fn pair_cycle(
         rubbed_nm: balance.rubbed_nm(pair, end),
         open_fraction,
         compression_mean_n: 0.0 - evaluation.lambda[3 * pair],
-        compression_min_n: compressions.iter().copied().fold(f64::INFINITY, f64::min),
-        compression_max_n: compressions.iter().copied().fold(0.0, f64::max),
+        compression_min_n: least_n,
+        compression_max_n: most_n,
+        landing: balance.setting.system.problem.laws[pair]
+            .stiffness
+            .is_none()
+            .then(|| landing(&compressions, fourier.harmonics(), frequency_hz))
+            .flatten(),
         friction_power_w: friction,
     }
+}
+
+/// Smallest and largest value of a periodic signal, on parabolas through its samples.
+fn extremes(samples: &[f64]) -> [f64; 2] {
+    let count = samples.len();
+    let mut extremes = [f64::INFINITY, f64::NEG_INFINITY];
+    for (n, now) in samples.iter().enumerate() {
+        let [before, after] = [count - 1, 1].map(|by| samples[(n + by) % count]);
+        let (slope, curvature) = (0.5 * (after - before), before - 2.0 * now + after);
+        // The vertex lies within half an interval of the sample.
+        let vertex = if 2.0 * slope.abs() <= curvature.abs() && slope != 0.0 {
+            now - 0.5 * slope * slope / curvature
+        } else {
+            *now
+        };
+        extremes = [
+            extremes[0].min(*now).min(vertex),
+            extremes[1].max(*now).max(vertex),
+        ];
+    }
+    extremes
+}
+
+/// Landing of a rigid pair with these compressions at the samples, N; `None` where it stays closed or
+/// open.
+fn landing(compressions: &[f64], harmonics: usize, frequency_hz: f64) -> Option<Landing> {
+    let samples = compressions.len();
+    let lands = |n: usize| {
+        let before = compressions[(n + samples - 1) % samples];
+        before <= 0.0 && compressions[n] > 0.0
+    };
+    let spread = samples.div_ceil(harmonics + 1);
+    let mut is_landing = vec![false; samples];
+    let mut largest = None;
+    for start in (0..samples).filter(|n| lands(*n)) {
+        let mut sum = 0.0;
+        for n in (start..start + spread).map(|n| n % samples) {
+            if compressions[n] <= 0.0 {
+                break;
+            }
+            sum += compressions[n];
+            is_landing[n] = true;
+        }
+        let impulse_ns = sum / (samples as f64 * frequency_hz);
+        largest = Some(largest.map_or(impulse_ns, |most: f64| most.max(impulse_ns)));
+    }
+    let after = compressions.iter().zip(&is_landing);
+    let after = after.filter(|(_, landing)| !**landing).map(|(n, _)| *n);
+    largest.map(|impulse_ns| Landing {
+        impulse_ns,
+        compression_after_n: after.fold(0.0, f64::max),
+    })
+}
+
+/// Size of the vibration in the terms of each observed displacement, m, or strain: the sum of their
+/// sizes, with that of a pair no less than what its force displaces eps by. Rounding and the tolerance
+/// of the solution are relative to it.
+pub(crate) fn observation_scales(
+    balance: &Balance,
+    u: &[f64],
+    lambda: &[f64],
+    frequency_hz: f64,
+) -> Vec<f64> {
+    let Setting {
+        system, fourier, ..
+    } = &balance.setting;
+    let harmonics = fourier.harmonics();
+    let modal = modal_amplitudes(system, harmonics, TAU * frequency_hz, u);
+    let elastic = lambda.iter().enumerate();
+    let elastic: Vec<f64> = elastic.map(|(i, l)| l / balance.eps_at(i)).collect();
+    let mut scales = vec![0.0; system.problem.reduced.observations.len()];
+    for k in 1..=harmonics {
+        let moved = CoefficientBlock::parts(system, k, u, &modal);
+        let forced = CoefficientBlock::parts(system, k, &elastic, &modal);
+        let observations = system.problem.reduced.harmonic_model(k).observations();
+        for (moved, forced) in moved.iter().zip(&forced) {
+            for (scale, point) in scales.iter_mut().zip(observations) {
+                let on_x = point.on_x.iter().zip(moved.x.iter().zip(&forced.x));
+                *scale += on_x
+                    .map(|(on, (x, f))| on.abs() * x.abs().max(f.abs()))
+                    .sum::<f64>();
+                let on_modes = point.on_modes.iter().zip(&moved.q);
+                *scale += on_modes.map(|(on, q)| (on * q).abs()).sum::<f64>();
+            }
+        }
+    }
+    scales
 }
 
 #[cfg(test)]
@@ -654,6 +747,22 @@ mod tests {
         }
     }
 
+    #[test]
+    fn the_largest_force_is_found_between_the_samples_and_without_the_landing() {
+        // A parabola has its vertex there, off the samples.
+        let signal = [-3.0, 1.0, 3.0, 2.9, 0.8, -3.2];
+        let [least, most] = extremes(&signal);
+        assert_near(most, 3.0 + 0.5 * 0.95 * 0.95 / 2.1);
+        assert!(least <= -3.2);
+        // The pair lands at the second sample, and bears less from a third of the period on.
+        let landing = landing(&[-1.0, 5.0, 9.0, 2.0, 3.0, -1.0], 2, 10.0).unwrap();
+        assert_near(landing.impulse_ns, 14.0 / 60.0);
+        assert_eq!(landing.compression_after_n, 3.0);
+        for never in [[1.0, 2.0], [-1.0, -2.0]] {
+            assert_eq!(super::landing(&never, 2, 10.0), None);
+        }
+    }
+
     /// The apparent work of a truncated series of a normal force is no work of friction.
     #[test]
     fn a_pair_without_friction_has_no_friction_power() {
@@ -697,8 +806,10 @@ mod tests {
 
             let samples = setting.fourier.samples();
             let mut compressions = vec![vec![]; n / 3];
-            for i in 0..samples {
-                let phase = TAU * i as f64 / samples as f64;
+            // Extremes lie between the samples, too.
+            let instants = 64 * samples;
+            for i in 0..instants {
+                let phase = TAU * i as f64 / instants as f64;
                 // The normal law has no history: the force is what is predicted, unless that pulls.
                 let [predicted, ..] = evaluate_at_phase(&evaluation.lambda_u, n, phase);
                 for (pair, compression) in compressions.iter_mut().enumerate() {
@@ -735,11 +846,13 @@ mod tests {
                     end.open_samples as f64 / samples as f64,
                 );
                 let least = compression.iter().fold(f64::INFINITY, |m, c| m.min(*c));
-                assert_near(cycle.compression_min_n, least);
-                let most = compression.iter().fold(f64::NEG_INFINITY, |m, c| m.max(*c));
-                assert_near(cycle.compression_max_n, most);
+                let most = compression.iter().fold(0.0_f64, |m, c| m.max(*c));
+                let off = (cycle.compression_min_n - least).abs();
+                assert!(off <= 1e-3 * most, "{off} of {most}");
+                let off = (cycle.compression_max_n - most).abs();
+                assert!(off <= 1e-3 * most, "{off} of {most}");
                 // The samples do not tell when the pair opens and closes between them.
-                let mean = compression.iter().sum::<f64>() / samples as f64;
+                let mean = compression.iter().sum::<f64>() / instants as f64;
                 assert!((cycle.compression_mean_n - mean).abs() <= 5e-3 * most);
                 assert!(cycle.compression_min_n >= 0.0);
                 if end.open_samples > 0 {

@@ -38,7 +38,7 @@ mod truncation;
 
 pub(crate) use neighbour::{Neighbour, resized};
 pub(crate) use solution::{Solution, SolverWork};
-pub(crate) use truncation::HarmonicTruncation;
+pub(crate) use truncation::{AmplitudeChange, EstimatedMotion, Judge};
 
 use mean::SettledMean;
 use solution::{MethodStart, keep_better};

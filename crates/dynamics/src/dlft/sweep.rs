@@ -221,7 +221,7 @@ impl<'a> SweepSolvers<'a> {
             problem.highest_excited(),
             |harmonics| settings.eps.values(&system, omega, harmonics),
         );
-        let (fourier, eps) = (&levels[0].fourier, &levels[0].eps);
+        let (fourier, eps) = levels[0].fourier_and_eps();
         let slip_threshold_m = settings
             .slip_threshold_m
             .unwrap_or_else(|| static_state.slip_threshold_m(eps));
@@ -511,6 +511,7 @@ impl<'a> SweepSolvers<'a> {
         orbit.residual = end.measure;
         orbit.estimated_error = resolved.estimated_errors.iter().copied().reduce(f64::max);
         orbit.observed_error = resolved.estimated_errors;
+        orbit.figure_errors = resolved.figure_errors;
         orbit
             .observed_error
             .truncate(orbit.observed_amplitude.len());

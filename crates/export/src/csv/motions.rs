@@ -194,6 +194,7 @@ pub fn write_backbone(path: &Path, rows: &[BackboneRow<'_>]) -> Result<(), Expor
     table.add_solution("", solution, "amplitude_m frequency_hz outcome");
     table.add("damping_ratio", |row| row.point.damping_ratio);
     table.add("friction_ratio", |row| row.point.friction_ratio);
+    table.add("friction_ratio_error", |row| row.point.friction_ratio_error);
     table.add("modal_amplitude_m_sqrt_kg", |row| row.point.modal_amplitude);
     table.add("excitation_scale", |row| row.point.excitation_scale);
     table.add("force_n", BackboneRow::resonant_force_n);

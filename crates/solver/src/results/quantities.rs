@@ -454,6 +454,7 @@ mod tests {
             compression_mean_n: 10.0,
             compression_min_n: if opens { 0.0 } else { 4.0 },
             compression_max_n: 16.0,
+            landing: None,
             friction_power_w,
         }
     }

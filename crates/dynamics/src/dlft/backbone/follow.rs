@@ -8,9 +8,11 @@
 use super::equations::{AmplitudeFamily, Tracked};
 use super::{Backbone, BackboneEnd, BackbonePoint, BackboneRange};
 use crate::damping::Rayleigh;
-use crate::dlft::accuracy::LEAST_SHORTFALL;
+use crate::dlft::accuracy::shortfall;
 use crate::dlft::balance::add_harmonic;
 use crate::dlft::branch::bordered::{BorderedStart, corrected};
+use crate::dlft::figure_errors::FigureErrors;
+
 use crate::dlft::orbit::{complex_block, unforced_orbit};
 use crate::dlft::point::{FrequencySolver, Solution, SolverWork, resized};
 use crate::dlft::retention::Mean;
@@ -21,11 +23,13 @@ use crate::problem::Problem;
 use crate::problem::dynamic_stiffness::ContactSystem;
 use crate::problem::unforced::Unforced;
 use crate::reduced::HarmonicModel;
+use dovetail_numerics::fourier::Fourier;
 use dovetail_numerics::nonlinear::NewtonOptions;
 use dovetail_numerics::spectrum::blocks;
 use dovetail_numerics::vector::dot;
 use faer::c64;
 use std::f64::consts::TAU;
+use std::sync::Arc;
 
 /// Newton iterations allowed to a step.
 const MOST_ITERATIONS: usize = 30;
@@ -132,7 +136,6 @@ struct SolvedAmplitude {
     /// Frequency over that of the linear mode, and damping ratio.
     further: Vec<f64>,
     mean: Mean,
-    level: usize,
     amplitude_m: f64,
     point: BackbonePoint,
 }
@@ -302,34 +305,33 @@ impl BackboneFollower<'_> {
     /// Solves at an amplitude of the tracked mode, with the harmonics that the accuracy takes.
     fn solve(&mut self, log_q: f64) -> Option<SolvedAmplitude> {
         self.work.start_counting(self.most_seconds);
-        let mut level = self.last.last().map_or(0, |last| last.level);
-        let mut solved = self.solve_from(log_q, level, &self.starts(log_q))?;
+        let mut level = self.last.last().map_or(0, |last| {
+            let Orbit { harmonics, .. } = last.point.orbit;
+            let error = last.point.orbit.judged_error();
+            self.run.refinement.neighbour_level(harmonics, error)
+        });
+        let mut solved = self.solve_from(log_q, level, None, &self.starts(log_q))?;
         if !self.run.estimates() {
             return Some(solved);
         }
         loop {
-            let start = BorderedStart {
-                u: solved.u.clone(),
-                further: solved.further.clone(),
-                mean: solved.mean,
-            };
-            let finer = self.solve_from(log_q, level + 1, &[start]);
-            let error = finer
-                .as_ref()
-                .map_or(1.0, |finer| difference(&solved, finer));
-            solved.point.estimated_error = Some(error);
-            solved.point.orbit.estimated_error = Some(error);
+            let twice = Arc::clone(self.run.refinement.twice(level + 1));
+            let finer = self.solve_from(log_q, level + 1, Some(&twice), &[solved.start()]);
+            solved.estimate_errors(finer.as_ref());
             let Some(accuracy) = self.accuracy else {
                 return Some(solved);
             };
-            if error <= accuracy {
+            let error = solved.point.orbit.judged_error();
+            if error.is_some_and(|error| error <= accuracy) {
                 return Some(solved);
             }
             let Some(finer) = finer.filter(|_| level < self.run.refinement.highest()) else {
                 solved.point.orbit.outcome = Outcome::AccuracyNotReached;
                 return Some(solved);
             };
-            solved = finer;
+            solved = self
+                .solve_from(log_q, level + 1, None, &[finer.start()])
+                .unwrap_or(finer);
             level += 1;
         }
     }
@@ -378,14 +380,18 @@ impl BackboneFollower<'_> {
         starts
     }
 
-    /// Solves with the harmonics of a level, from the first start that leads to a motion.
+    /// Solves with the harmonics of a level, from the first start that leads to a motion. `fourier`
+    /// has other samples than the level.
     fn solve_from(
         &mut self,
         log_q: f64,
         level: usize,
+        fourier: Option<&Arc<Fourier>>,
         starts: &[BorderedStart],
     ) -> Option<SolvedAmplitude> {
         let solver = self.run.refinement.level(level);
+        let with_samples = fourier.map(|f| solver.with_resolution(f, &solver.setting.eps));
+        let solver = with_samples.as_ref().unwrap_or(solver);
         let family = AmplitudeFamily {
             solver,
             tracked: &self.mode.tracked,
@@ -403,7 +409,6 @@ impl BackboneFollower<'_> {
             mean: solution.balance.mean(),
             u: solution.u,
             further,
-            level,
             amplitude_m,
             point,
         })
@@ -437,6 +442,7 @@ impl BackboneFollower<'_> {
                 .filter(|_| resonant > 0.0)
                 .map(|worked| resonant / worked),
             estimated_error: None,
+            friction_ratio_error: None,
             orbit: Orbit {
                 newton_iterations: self.work.newton_iterations,
                 krylov_iterations: self.work.krylov_iterations,
@@ -467,14 +473,37 @@ fn usable(slope: f64) -> f64 {
     }
 }
 
-/// Estimated error of the damping ratio, at most 1, from the point with further harmonics, relative
-/// to that ratio or, where the air drives the mode, to that of friction alone if it is larger.
-fn difference(coarse: &SolvedAmplitude, finer: &SolvedAmplitude) -> f64 {
-    let [a, b] = [coarse, finer].map(|solved| &solved.point);
-    let sizes = [a, b].map(|point| point.damping_ratio.abs().max(point.friction_ratio));
-    let off = (a.damping_ratio - b.damping_ratio).abs();
-    let error = LEAST_SHORTFALL * off / sizes[0].max(sizes[1]);
-    if error < 1.0 { error } else { 1.0 }
+impl SolvedAmplitude {
+    /// Start of the same motion with other harmonics or samples.
+    fn start(&self) -> BorderedStart {
+        BorderedStart {
+            u: self.u.clone(),
+            further: self.further.clone(),
+            mean: self.mean,
+        }
+    }
+
+    /// Estimates the errors from the point with further harmonics, if it was found.
+    ///
+    /// The error of the damping ratio is at most 1, and relative to that ratio or, where the air
+    /// drives the mode, to that of friction alone if it is larger.
+    fn estimate_errors(&mut self, finer: Option<&Self>) {
+        let point = &mut self.point;
+        let mut error = 1.0;
+        if let Some(Self { point: finer, .. }) = finer {
+            let factor = shortfall(point.orbit.harmonics, finer.orbit.harmonics);
+            let size = |point: &BackbonePoint| point.damping_ratio.abs().max(point.friction_ratio);
+            let off = (point.damping_ratio - finer.damping_ratio).abs();
+            let relative = factor * off / size(point).max(size(finer));
+            error = if relative < 1.0 { relative } else { 1.0 };
+            let friction_off = (point.friction_ratio - finer.friction_ratio).abs();
+            point.friction_ratio_error = Some(factor * friction_off);
+            let figures = FigureErrors::from_distance(&point.orbit, &finer.orbit, factor);
+            point.orbit.figure_errors = Some(figures);
+        }
+        point.estimated_error = Some(error);
+        point.orbit.estimated_error = Some(error);
+    }
 }
 
 /// Solves from a start with the mean that holds there: free where the pairs that stick hold the

@@ -47,6 +47,8 @@ pub struct BackbonePoint {
     /// Estimated relative error of the damping ratio for the harmonics left out, 0 to 1; `None`
     /// where it was not estimated.
     pub estimated_error: Option<f64>,
+    /// Estimated error of `friction_ratio`, in its own unit; `None` where it was not estimated.
+    pub friction_ratio_error: Option<f64>,
 }
 
 impl BackbonePoint {

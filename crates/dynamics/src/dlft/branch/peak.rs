@@ -23,7 +23,7 @@ impl Guess {
     pub fn from_peak(peak: &Orbit) -> Self {
         Self {
             harmonics: peak.harmonics,
-            estimated_error: peak.estimated_error,
+            estimated_error: peak.judged_error(),
             neighbour: Neighbour::from_orbit(peak, None),
         }
     }
