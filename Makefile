@@ -1,6 +1,6 @@
 # dovetail: everything a newcomer types. Each target installs what it lacks (tools/setup.sh).
 
-.PHONY: run views test python wheel dist try-install verify calculix lint deny book bench against peers extremes study cluster-test mutants fuzz setup checks clean
+.PHONY: run views test python wheel dist try-install verify calculix lint deny book bench against peers truth extremes study cluster-test mutants fuzz setup checks clean
 .DEFAULT_GOAL := run
 
 PYTHON := target/venv/bin/python
@@ -106,6 +106,16 @@ against: setup
 peers: setup
 	benches/peers/compare.sh
 	benches/peers/penalty/compare.sh
+
+# Random small models beside periodic motions by integration in time, as rates of right and wrong answers; see
+# docs/verification.md. TRUTH has options: make truth TRUTH="--models 500 --accuracy 0.001".
+truth: setup
+	@tools/setup.sh python
+	cargo build --release --locked --package dovetail-python
+	mkdir -p target/truth/python
+	cp -r crates/python/python/dovetail target/truth/python
+	cp target/release/lib_dovetail.so target/truth/python/dovetail/_dovetail.abi3.so
+	$(PYTHON) benches/truth/run.py --check $(TRUTH)
 
 # Every extreme of the input, as the table of docs/extremes.md.
 extremes: setup

@@ -49,7 +49,7 @@ def verdict_of(distance, truth_error, allowance):
 def judge(point, truths, accuracy):
     """Verdicts of a point for each quantity, by the nearest truth: `three` by three estimates, `asked` by the accuracy."""
     if not point["has_motion"]:
-        return {"verdict": "no answer", "why": point["outcome"]}
+        return {"verdict": "no answer", "why": point["outcome"]}  # The balance does not hold.
     line = {"outcome": point["outcome"], "harmonics": point["harmonics"], "stable": point["stable"], "quantities": {}}
     if not truths:
         return {**line, "verdict": "no truth"}

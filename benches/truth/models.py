@@ -59,7 +59,8 @@ def contacts(random, points, kind, has):
     for i in slaves:
         against = None
         if has["between"] and free and random.random() < 0.7:
-            against = [3 * int(random.choice(free)) + c for c in range(3)]
+            other = int(random.choice(free))
+            against = [3 * other + c for c in range(3)]
         friction = random.choice([one_friction, 10 ** random.uniform(-1.3, 0.2), 0.0], p=[0.75, 0.2, 0.05])
         pairs.append({"unknowns": [3 * int(i) + c for c in range(3)], "against": against,
                       "frame": frame_of(random).tolist() if has["frame"] else None,

@@ -43,13 +43,14 @@ class Figures(ctypes.Structure):
 
 def source_hash():
     """Of all that a truth depends on besides its model."""
-    text = b"".join((HERE / name).read_bytes() for name in ("integrator.c", "motion.py", "periodic.py"))
+    text = b"".join((HERE / name).read_bytes() for name in ("contact.h", "integrator.c", "motion.py", "periodic.py"))
     return hashlib.sha256(text).hexdigest()[:12]
 
 
 def library():
     """The integrator, compiled once."""
-    path = BUILT / f"integrator-{hashlib.sha256(SOURCE.read_bytes()).hexdigest()[:12]}.so"
+    text = SOURCE.read_bytes() + (HERE / "contact.h").read_bytes()
+    path = BUILT / f"integrator-{hashlib.sha256(text).hexdigest()[:12]}.so"
     if not path.exists():
         BUILT.mkdir(parents=True, exist_ok=True)
         part = path.with_suffix(f".{os.getpid()}")
