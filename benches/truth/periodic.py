@@ -6,7 +6,7 @@ from motion import Deadline, Figures, NoMotion, System
 
 COARSE, FINE = (1e-9, 60), (1e-11, 120)  # Error of a step relative to the motion, and least steps of a period.
 CLOSED = 3e-8  # Largest change over a period, relative to the motion.
-RIGID = (25.0, 100.0, 400.0, 1600.0)  # Springs of rigid pairs, times the stiffness of their bodies.
+RIGID = (50.0, 200.0, 800.0, 3200.0)  # Springs of rigid pairs, times the stiffness of their bodies.
 INSTANTS = 1024
 
 
@@ -172,7 +172,7 @@ def refined(lap, z, J, deadline):
 def solutions_elastic(model, hz, tries, seconds, seed, from_states=(), rigid_n_m=None, define=True):
     """Periodic motions found from several starts. Each is a dictionary with the figures (`values`), their
     errors (`errors`), the largest multiplier, and the state."""
-    deadline = Deadline(seconds)
+    deadline = seconds if isinstance(seconds, Deadline) else Deadline(seconds)
     omega = 2 * np.pi * hz
     system = System(model, rigid_n_m)
     u0, w0 = system.static_state()
@@ -218,13 +218,13 @@ def solutions(model, hz, tries=3, seconds=20.0, seed=0, from_states=()):
     extrapolated to infinite stiffness."""
     if all(pair["normal_stiffness_n_m"] is not None for pair in model["pairs"]):
         return solutions_elastic(model, hz, tries, seconds, seed, from_states)
-    own = stiffness_of(model)
-    first, reasons = solutions_elastic(model, hz, tries, seconds, seed, from_states, RIGID[0] * own)
+    own, deadline = stiffness_of(model), Deadline(2 * seconds)
+    first, reasons = solutions_elastic(model, hz, tries, deadline, seed, from_states, RIGID[0] * own)
     levels = [[found] for found in first]
     for chain in levels:
         for ratio in RIGID[1:]:
             start = restiffened(chain[-1]["z"], System(model, chain[-1]["rigid_n_m"]))
-            more, why = solutions_elastic(model, hz, 1, seconds, seed, [start], ratio * own)
+            more, why = solutions_elastic(model, hz, 1, deadline, seed, from_states or [start], ratio * own)
             if not more:
                 reasons += why
                 break
@@ -296,7 +296,8 @@ def started_from(hz, force_n, displacement_m):
 def extrapolated(chain):
     """Values at infinite stiffness. At each reversal a pair with springs sticks for a time that falls with the
     root of the stiffness, and the levels halve this: the series is one in this time. The errors are the
-    differences to the extrapolation without the first level."""
+    differences to the extrapolation without the first level, and a tenth of what the first two of four change:
+    softer pairs may do something else."""
     last = chain[-1]
 
     def limit(levels):
@@ -310,4 +311,5 @@ def extrapolated(chain):
         levels = [found["values"][name] for found in chain]
         values[name] = limit(levels)
         errors[name] = np.abs(values[name] - limit(levels[1:])) + 10 * last["errors"][name]
+        errors[name] += 0.1 * np.abs(limit(levels[1:]) - limit(levels[2:]))
     return {**last, "values": values, "errors": errors}

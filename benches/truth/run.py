@@ -200,6 +200,7 @@ def main():
             done, running = concurrent.futures.wait(running, return_when=concurrent.futures.FIRST_COMPLETED)
             for ended in done:
                 tally.add(ended.result())
+                (motion.BUILT / "last.json").write_text(json.dumps(as_numbers(tally.lines)))
                 if tally.models % 25 == 0:
                     print(f"{tally.models} models", file=sys.stderr, flush=True)
                 # No model is begun after the time: those before it are all judged, whatever they took.
@@ -207,7 +208,6 @@ def main():
                 if seed is not None:
                     running.add(pool.submit(one, seed, arguments))
     report(tally, arguments)
-    (motion.BUILT / "last.json").write_text(json.dumps(as_numbers(tally.lines)))
 
 
 if __name__ == "__main__":

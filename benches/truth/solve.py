@@ -44,7 +44,7 @@ def point(response, i):
                 "force": estimate(motion, ["estimated_force_error", "estimated_contact_force_error", "estimated_compression_error"]),
             },
             "friction_power_w": motion.friction_power_w, "damping_w": motion.viscous_power_w, "slid_m": motion.slid_m.tolist(),
-            "most_n": motion.compression_max_n.tolist(), "retention_n": motion.retention_n,
+            "most_n": motion.compression_max_n.tolist(), "retention_n": motion.retention_n, "status": motion.status,
             "force": [force.real.tolist(), force.imag.tolist()], "x": [x.real.tolist(), x.imag.tolist()],
         }
     return found
