@@ -11,12 +11,15 @@ SHARP = 1e-3
 
 
 def kind_of(model, solution):
-    """What a model is an example of: rigid or elastic, and whether pairs open, slip or stick all the time."""
+    """What a model is an example of: rigid or elastic, and whether pairs open at times, slip or stick, or no pair
+    ever touches."""
+    if not any(solution["touches"]):
+        return model["kind"], "apart"
     does = "opens" if any(opens and touches for opens, touches in zip(solution["opens"], solution["touches"])) else "slips" if any(solution["slips"]) else "sticks"
     return model["kind"], does
 
 
-WANTED = {("elastic", "opens"): 9, ("elastic", "slips"): 12, ("elastic", "sticks"): 2, ("rigid", "slips"): 4, ("rigid", "sticks"): 3}
+WANTED = {("elastic", "opens"): 9, ("elastic", "slips"): 13, ("elastic", "sticks"): 2, ("rigid", "slips"): 4, ("rigid", "apart"): 2}
 
 
 def is_sharp(solution):
@@ -47,7 +50,7 @@ def chosen(arguments):
                 continue
             # The truth of what seems to be of a kind that is wanted.
             status = set(answer["points"][0]["status"])
-            seems = "opens" if status & {"opening", "closing"} else "slips" if "slipping" in status else "sticks"
+            seems = "apart" if status == {"open"} else "opens" if status & {"opening", "closing"} else "slips" if "slipping" in status else "sticks"
             if left[model["kind"], seems] <= 0:
                 continue
             found = truths(model, hz, arguments.truth_seconds, 1)["found"]

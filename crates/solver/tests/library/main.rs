@@ -40,6 +40,7 @@ mod stress;
 mod ties;
 mod time_integration;
 mod transitions;
+mod truth;
 mod two_motions;
 mod viscous;
 mod wear;
