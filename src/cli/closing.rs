@@ -5,7 +5,8 @@ use std::path::Path;
 
 use crate::console::Verbosity;
 use dovetail_export::manifest::{
-    ObservedPeak, ResponseSummary, StageSummary, StaticSummary, Summary, TractionRangeSummary,
+    ObservedPeak, RankedBy, ResponseSummary, StageSummary, StaticSummary, StressSummary, Summary,
+    TractionRangeSummary,
 };
 use dovetail_export::report::REPORT;
 use dovetail_export::words::{cycle_counts, figure, percent, quantity, short, static_counts};
@@ -151,6 +152,9 @@ fn lines(
         let (converged, points) = (response.converged_points, response.points);
         text += &row(what, &format!("{converged} of {points} converged"));
     }
+    if let Some(words) = summary.stress.as_ref().and_then(stress_words) {
+        text += &row("stress", &words);
+    }
     let (seconds, shares) = (summary.seconds, shares(&summary.stages, summary.seconds));
     text += &row("time", &format!("{} s{shares}", figure(seconds, 3)));
     text + &row("open first", &report.display().to_string())
@@ -172,6 +176,17 @@ fn traction_words(range: &TractionRangeSummary) -> String {
         "peak from {least} to {most} over {} starting tractions",
         range.tractions
     )
+}
+
+/// Highest stress at the peak with its mesh error, and its place.
+fn stress_words(stress: &StressSummary) -> Option<String> {
+    let place = stress.places.first()?;
+    let figure = place.ranked_words(stress.ranked_by);
+    let figure = match stress.ranked_by {
+        RankedBy::Utilisation => format!("{figure} of the strength"),
+        RankedBy::Amplitude => format!("amplitude {figure}"),
+    };
+    Some(format!("{figure} at the peak, {}", place.at_words()))
 }
 
 /// Share of each stage in the whole time, the longest first. Repeated stages are added up.

@@ -3,7 +3,7 @@
 //!
 //! A new [`Event`] gets an arm in `Inner::handle_event` where notes, warnings or files follow from
 //! it. Its words stand in `model.rs` (what a mesh has become, with `maps.rs`, `units.rs` and
-//! `mistakes.rs`) or `findings.rs` (what a user should mind, with `excited.rs`). What the files
+//! `mistakes.rs`) or `findings.rs` (what a user should mind, with `excited.rs` and `stress.rs`). What the files
 //! make of it is an arm in `RunFiles::handle_event`.
 //!
 //! Several threads use one reporter. Each call holds a lock until the event is written and printed,
@@ -15,6 +15,7 @@ mod line;
 mod maps;
 mod mistakes;
 mod model;
+mod stress;
 mod units;
 
 use std::fmt;
@@ -315,6 +316,11 @@ impl Inner<'_> {
                 }
                 self.warnings(findings::response_warnings(run));
                 self.write_in_stage(Stage::ResponseFiles, event)?;
+                let stress = self.files.as_ref().and_then(|files| {
+                    let files = files.locked();
+                    files.summary().stress.as_ref().map(stress::warnings)
+                });
+                self.warnings(stress.unwrap_or_default());
             }
             _ => {}
         }

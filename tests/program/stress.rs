@@ -5,7 +5,7 @@ use std::path::Path;
 use std::process::Command;
 
 use crate::shared_folder::Folder;
-use crate::shared_program::{SMALL, ended, has, scene_command, told};
+use crate::shared_program::{SMALL, ended, has, printed, said, scene_command, told};
 use crate::shared_runs::{Row, number, rows, summary};
 
 /// Settings of the paper's scene for a quick response of one harmonic on its smallest mesh.
@@ -95,7 +95,17 @@ fn mean_forces_of_the_contacts_hold_the_blade_against_its_centrifugal_load() {
 fn places_are_ranked_by_the_use_of_the_strength_or_by_amplitude() {
     for set in [&STRENGTH[..], &[]] {
         let out = Folder::new("stress_places");
-        ended(run(&out, set), 0);
+        let told = ended(run(&out, set), 0);
+        let told = printed(&told) + &said(&told);
+        let line = told.lines().find(|line| line.starts_with("  stress "));
+        let line = line.unwrap_or_else(|| panic!("{told}"));
+        has(line, " ± ");
+        let unit = if set.is_empty() {
+            "Pa"
+        } else {
+            "% of the strength"
+        };
+        has(line, unit);
         let places = table(&out, "stress.csv");
         let ranked: Vec<&Row> = places
             .iter()
@@ -120,6 +130,18 @@ fn places_are_ranked_by_the_use_of_the_strength_or_by_amplitude() {
             }
             assert!(number(row, "von_mises_largest_pa") <= mean.abs() + amplitude * (1.0 + 1e-6));
         }
+        for row in &places {
+            let columns = ["von_mises_mean_error_pa", "von_mises_amplitude_error_pa"];
+            let [mean, amplitude] = columns.map(|column| number(row, column));
+            assert!(mean > 0.0 && amplitude > 0.0, "{row:?}");
+            if !set.is_empty() && number(row, "von_mises_mean_pa") > 0.0 {
+                let goodman = amplitude / 450e6 + mean / 950e6;
+                assert!(
+                    (number(row, "utilisation_error") - goodman).abs() < 1e-12,
+                    "{row:?}"
+                );
+            }
+        }
         let reasons: Vec<&str> = places.iter().map(|row| row["singular"].as_str()).collect();
         for reason in ["at a support", "at the edge of a flank"] {
             assert!(reasons.contains(&reason), "{reason}: {reasons:?}");
@@ -132,6 +154,19 @@ fn places_are_ranked_by_the_use_of_the_strength_or_by_amplitude() {
         };
         assert_eq!(summary["stress"]["ranked_by"], by);
         assert!(summary["stress"]["modes_share"].as_f64().unwrap() < 0.2);
+        let highest = &summary["stress"]["places"][0];
+        let [figure, error] = match set {
+            [] => ["amplitude_pa", "amplitude_error_pa"],
+            _ => ["utilisation", "utilisation_error"],
+        };
+        let [figure, error] = [figure, error].map(|key| highest[key].as_f64().unwrap());
+        let warned = summary["warnings"].as_array().unwrap().iter();
+        let warned = warned.filter(|w| w["text"].as_str().unwrap().contains("mesh error"));
+        assert_eq!(
+            warned.count() == 1,
+            error > 0.1 * figure,
+            "{figure} {error}"
+        );
         // Friction takes at most its largest stress times the distance slid, to and fro.
         let response = &summary["response"];
         let fretting = |figure: &str| response["peak_fretting"][figure].as_f64().unwrap();
@@ -146,6 +181,7 @@ fn places_are_ranked_by_the_use_of_the_strength_or_by_amplitude() {
         assert!(fretting("fatigue_parameter_pa2_m") > 0.0);
         let page = out.text("report.html");
         has(&page, "id=\"stress\"");
+        has(&page, " ± ");
         has(&page, "Forces at the peak");
         has(&page, "support jaw_base");
         has(

@@ -4,6 +4,8 @@ use serde::{Deserialize, Serialize};
 
 /// Estimated error of an amplitude above which a run warns of it.
 pub const LARGE_ERROR: f64 = 0.02;
+/// Estimated mesh error of a stress, relative to the stress, above which a run warns of it.
+pub const LARGE_STRESS_ERROR: f64 = 0.1;
 
 /// Warning about a run.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]

@@ -217,6 +217,45 @@ pub fn error_words(error: f64) -> String {
     format!("estimated error {}", percent(error, digits))
 }
 
+/// Number and its error with the decimals that the error supports, in this unit: `300 ± 50 MPa`.
+/// The error has one digit, or two if the first is 1; an error below the last of four digits of the
+/// number is rounded up to it. An unknown error is left out, as the digits that it may change.
+pub fn quantity_with_error(v: f64, error: Option<f64>, unit: &str) -> String {
+    let Some(error) = error.filter(|error| error.is_finite() && v.is_finite()) else {
+        return quantity(v, unit, DIGITS_OF_UNKNOWN);
+    };
+    let (unit, size) = prefixed(unit, v.abs().max(error.abs()), DIGITS_OF_UNKNOWN);
+    format!("{} {unit}", figure_with_error(v / size, error / size))
+}
+
+/// Share and its error in percent: `105 ± 17 %`.
+pub fn percent_with_error(share: f64, error: Option<f64>) -> String {
+    match error.filter(|error| error.is_finite() && share.is_finite()) {
+        Some(error) => format!("{} %", figure_with_error(100.0 * share, 100.0 * error)),
+        None => percent(share, DIGITS_OF_UNKNOWN),
+    }
+}
+
+fn figure_with_error(v: f64, error: f64) -> String {
+    let largest = v.abs().max(error.abs());
+    if largest == 0.0 {
+        return "0 ± 0".to_owned();
+    }
+    let last = power_of_ten(largest, MOST_DIGITS) + 1 - MOST_DIGITS as i32;
+    let error = error.abs().max(10f64.powi(last));
+    let first_is_1 = format!("{error:.1e}").starts_with('1');
+    let last = (power_of_ten(error, 1) - i32::from(first_is_1)).max(last);
+    let round = |v: f64| (v / 10f64.powi(last)).round() * 10f64.powi(last);
+    let decimals = (-last).max(0) as usize;
+    let texts = [v, error].map(|v| format!("{:.decimals$}", round(v)));
+    let [v, error] = texts.map(|text| match text.strip_prefix('-') {
+        Some(digits) if digits.trim_matches(['0', '.']).is_empty() => digits.to_owned(),
+        Some(digits) => format!("−{digits}"),
+        None => text,
+    });
+    format!("{v} ± {error}")
+}
+
 /// Share in percent: `3.4 %`.
 pub fn percent(share: f64, digits: usize) -> String {
     format!("{} %", figure(100.0 * share, digits))
@@ -340,6 +379,28 @@ mod tests {
         }
         assert_eq!(supported_digits(0.0, Some(0.1)), MOST_DIGITS);
         assert_eq!(supported_digits(f64::NAN, Some(f64::NAN)), MOST_DIGITS);
+    }
+
+    #[test]
+    fn the_last_digit_of_a_number_is_the_last_of_its_error() {
+        for (v, error, text) in [
+            (303.2e6, Some(52.3e6), "300 ± 50 MPa"),
+            (303.2e6, Some(14.6e6), "303 ± 15 MPa"),
+            (303.2e6, Some(3.2e6), "303 ± 3 MPa"),
+            (303.2e6, Some(0.96e6), "303.2 ± 1.0 MPa"),
+            (303.2e6, Some(0.22e6), "303.2 ± 0.2 MPa"),
+            (303.24e6, Some(0.001e6), "303.2 ± 0.1 MPa"),
+            (303.24e6, Some(0.0), "303.2 ± 0.1 MPa"),
+            (-8.4e6, Some(0.96e6), "−8.4 ± 1.0 MPa"),
+            (-0.2e6, Some(4.0e6), "0 ± 4 MPa"),
+            (999.9e6, Some(30.0e6), "1.00 ± 0.03 GPa"),
+            (303.2e6, None, "303 MPa"),
+            (0.0, Some(0.0), "0 ± 0 Pa"),
+        ] {
+            assert_eq!(quantity_with_error(v, error, "Pa"), text);
+        }
+        assert_eq!(percent_with_error(1.0534, Some(0.174)), "105 ± 17 %");
+        assert_eq!(percent_with_error(1.0534, None), "105 %");
     }
 
     #[test]

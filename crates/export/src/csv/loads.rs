@@ -86,6 +86,14 @@ pub fn write_stress(path: &Path, stress: &StressSummary) -> Result<(), ExportErr
     table.add("von_mises_amplitude_pa", |(_, place)| place.amplitude_pa);
     table.add("von_mises_largest_pa", |(_, place)| place.largest_pa);
     table.add("utilisation", |(_, place)| place.utilisation);
+    table.add("von_mises_mean_error_pa", |(_, place)| place.mean_error_pa);
+    table.add("von_mises_amplitude_error_pa", |(_, place)| {
+        place.amplitude_error_pa
+    });
+    table.add("von_mises_largest_error_pa", |(_, place)| {
+        place.largest_error_pa
+    });
+    table.add("utilisation_error", |(_, place)| place.utilisation_error);
     let rows: Vec<_> = stress
         .places
         .iter()

@@ -383,6 +383,21 @@ pub struct StressPlace {
     pub utilisation: Option<f64>,
     /// Reason why the stress is a number of the mesh; `None` elsewhere.
     pub singular: Option<Singular>,
+    /// Estimated mesh error; `None` if it is not known.
+    pub error: Option<StressError>,
+}
+
+/// Estimated mesh error of a cycle of stress; none of its figures is negative.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StressError {
+    /// Error of [`StressCycle::mean_pa`], Pa.
+    pub mean_pa: f64,
+    /// Error of [`StressCycle::amplitude_pa`], Pa.
+    pub amplitude_pa: f64,
+    /// Error of [`StressCycle::largest_pa`], Pa.
+    pub largest_pa: f64,
+    /// Error of the use of the strength; `None` where the body has no strength.
+    pub utilisation: Option<f64>,
 }
 
 /// Places with the highest stress.
@@ -395,7 +410,7 @@ pub struct HighestStress {
     pub singular: Vec<StressPlace>,
 }
 
-/// The `count` highest places of bodies with this stress. They are ranked by what they use of the
+/// The `count` highest places of bodies with this stress, without errors. They are ranked by what they use of the
 /// strength where all bodies with elements have one, else by amplitude. `strengths` and `singular`
 /// ([`singular_nodes`]) have an entry for each body.
 pub fn highest_stress(
@@ -420,6 +435,7 @@ pub fn highest_stress(
             cycle: stress.cycles[node],
             utilisation: strengths[b].map(|strength| stress.cycles[node].utilisation(strength)),
             singular: singular[b][node],
+            error: None,
         };
         let figures: Vec<f64> = (0..stress.cycles.len())
             .map(|n| figure(&place(n)))

@@ -8,6 +8,7 @@ use crate::results::stress::{
     BodyStress, HighestStress, Singular, StressCycle, dynamic_stress, harmonic_stress,
     highest_stress, node_stress, ranked_by_utilisation, singular_nodes,
 };
+use crate::results::stress_error::estimate_errors;
 
 /// Number of places that are ranked.
 pub const PLACES: usize = 10;
@@ -45,7 +46,9 @@ pub fn peak_stress(
     model.bodies.iter().find_map(Body::material)?;
     let stress = dynamic_stress(model, motion_m);
     let singular = singular_nodes(model);
-    let highest = highest_stress(model, &stress, &strengths, &singular, PLACES);
+    let mut highest = highest_stress(model, &stress, &strengths, &singular, PLACES);
+    let places = highest.places.iter_mut().chain(&mut highest.singular);
+    estimate_errors(model, motion_m, &stress, &strengths, places);
     let amplitudes = highest.places.iter().map(|place| place.cycle.amplitude_pa);
     let largest = amplitudes.reduce(f64::max).filter(|largest| *largest > 0.0);
     let modes_share = largest.and_then(|largest| {

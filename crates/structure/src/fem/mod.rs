@@ -22,6 +22,7 @@ pub mod given;
 pub(crate) mod incompatible;
 pub(crate) mod loads;
 pub mod mass_properties;
+pub mod recovered;
 pub mod released;
 pub(crate) mod spin;
 pub mod springs;

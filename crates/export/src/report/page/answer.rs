@@ -4,8 +4,10 @@ use maud::{Markup, html};
 
 use super::super::Contents;
 use super::super::frame::{card, line, table};
-use crate::manifest::{ObservedPeak, ResponseSummary, RunState};
-use crate::warning::{LARGE_ERROR, Weight};
+use crate::manifest::{
+    ObservedPeak, PlaceSummary, RankedBy, ResponseSummary, RunState, StressSummary,
+};
+use crate::warning::{LARGE_ERROR, LARGE_STRESS_ERROR, Weight};
 use crate::words::{bounded, cycle_counts, figure, percent, quantity};
 use dovetail_solver::run::Observed;
 
@@ -253,6 +255,9 @@ fn trust(contents: &Contents<'_>, response: &ResponseSummary) -> Markup {
                     (bounded(error, "an estimated")) "."
                 }))
             }
+            @if let Some(stress) = &contents.summary.stress {
+                (mesh_of_stress(stress))
+            }
             @match doubtful(contents) {
                 0 => {},
                 1 => (line(false, &html! { "A " a href="#warnings" { "warning" } " of the run says what else may be off." })),
@@ -263,6 +268,25 @@ fn trust(contents: &Contents<'_>, response: &ResponseSummary) -> Markup {
             }
         }
     }
+}
+
+/// Line about the mesh error of the highest stress.
+fn mesh_of_stress(stress: &StressSummary) -> Markup {
+    let (Some(place), Some(error)) = (stress.places.first(), stress.relative_error()) else {
+        return html! {};
+    };
+    let undecided = stress.places.iter().any(PlaceSummary::is_undecided);
+    let good = error <= LARGE_STRESS_ERROR && !undecided;
+    line(
+        good,
+        &html! {
+            "The mesh changes the " a href="#stress" { "highest stress" } " by " (bounded(error, "an estimated"))
+            ": " (place.ranked_words(stress.ranked_by))
+            @if stress.ranked_by == RankedBy::Utilisation { " of the strength" }
+            @if undecided { "; whether the strength suffices depends on the mesh" }
+            "."
+        },
+    )
 }
 
 /// Line about an error, which is small up to a limit.

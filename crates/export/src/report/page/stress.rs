@@ -6,7 +6,7 @@ use super::super::Contents;
 use super::super::frame::table;
 use crate::manifest::{PlaceSummary, RankedBy, StressSummary};
 use crate::plots::{Haigh, PictureHeading, haigh_svg};
-use crate::words::{figure, percent, quantity, text_or_dash};
+use crate::words::{figure, percent, percent_with_error, quantity_with_error, text_or_dash};
 use dovetail_solver::results::stress::Singular;
 
 /// Change of a stress with the number of modes above which the report points it out.
@@ -32,6 +32,10 @@ pub(super) fn stress(contents: &Contents<'_>) -> Markup {
                 p { "No place has a stress that is not singular." }
             } @else {
                 (places(&summary.places, false))
+                p.quiet {
+                    "The number after ± is the estimated error of the mesh: the difference between the stress at the node and the stress recovered from the elements around it (Zienkiewicz and Zhu). "
+                    "It leaves out errors that reach the place from coarse elements elsewhere."
+                }
             }
             @if let Some(share) = summary.modes_share {
                 p.quiet {
@@ -48,7 +52,8 @@ pub(super) fn stress(contents: &Contents<'_>) -> Markup {
                 h3 { "Singular places" }
                 p {
                     "At supports, at the edges of flanks and at point loads the stress grows without bound as the mesh is refined. "
-                    "These values are numbers of the mesh, and the places above leave them out."
+                    "These values are numbers of the mesh, and the places above leave them out. "
+                    "An error that does not shrink as the mesh is refined tells such a place from one that the mesh resolves."
                 }
                 (places(&summary.singular, true))
             }
@@ -84,7 +89,7 @@ fn places(places: &[PlaceSummary], singular: bool) -> Markup {
         let [x, y, z] = place.position_m.map(|v| figure(1e3 * v, 4));
         format!("{x}, {y}, {z}")
     };
-    let mpa = |v: f64| quantity(v, "Pa", 3);
+    let mpa = |v: f64, error: Option<f64>| quantity_with_error(v, error, "Pa");
     table(
         "numbers named",
         places.iter().enumerate(),
@@ -93,11 +98,15 @@ fn places(places: &[PlaceSummary], singular: bool) -> Markup {
             ("body", &|(_, p)| p.body.clone()),
             ("node", &|(_, p)| p.node_tag.to_string()),
             ("x, y, z (mm)", &|(_, p)| position(p)),
-            ("mean", &|(_, p)| mpa(p.mean_pa)),
-            ("amplitude", &|(_, p)| mpa(p.amplitude_pa)),
-            ("largest", &|(_, p)| mpa(p.largest_pa)),
+            ("mean", &|(_, p)| mpa(p.mean_pa, p.mean_error_pa)),
+            ("amplitude", &|(_, p)| {
+                mpa(p.amplitude_pa, p.amplitude_error_pa)
+            }),
+            ("largest", &|(_, p)| mpa(p.largest_pa, p.largest_error_pa)),
             ("use of the strength", &|(_, p)| {
-                text_or_dash(p.utilisation, |u| percent(u, 3))
+                text_or_dash(p.utilisation, |u| {
+                    percent_with_error(u, p.utilisation_error)
+                })
             }),
         ],
     )

@@ -3,6 +3,7 @@
 pub mod algebra;
 pub mod bodies;
 mod mass;
+mod mesh_error;
 mod orders;
 mod refusals;
 mod rotation;
