@@ -27,6 +27,7 @@ pub mod influence_file;
 pub mod listener;
 pub mod matrix_files;
 pub mod mesh_files;
+pub mod mesh_study;
 pub mod metrics;
 pub mod motions;
 pub mod reference;

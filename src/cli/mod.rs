@@ -137,6 +137,7 @@ fn run_scene_command(
     let output = Output {
         folder: out,
         scene_file: file.to_path_buf(),
+        overrides: overrides.to_vec(),
         fields: run.is_none_or(|run| !run.no_fields),
         frames: run.and_then(|run| run.frames),
         whole_disc: run.is_some_and(|run| run.whole_disc),

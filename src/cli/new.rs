@@ -11,6 +11,7 @@ use super::error::Error;
 use crate::error::RunError;
 use crate::scene::check::fields::is_name;
 use crate::schema;
+use dovetail_export::words::shell_word;
 use dovetail_export::{ExportError, create_folder, write_file};
 
 /// Template of a new scene.
@@ -90,7 +91,10 @@ pub(super) fn write(folder: &Path, template: Template) -> Result<String, Error> 
         told += &format!("wrote {}\n", path.display());
     }
     let scene = folder.join(SCENE);
-    Ok(format!("{told}next: dovetail run {}\n", quoted(&scene)))
+    Ok(format!(
+        "{told}next: dovetail run {}\n",
+        shell_word(&scene.display().to_string())
+    ))
 }
 
 /// Creates the folder, which must not exist, and its missing parents.
@@ -110,17 +114,6 @@ fn made(folder: &Path) -> Result<(), Error> {
     })
 }
 
-/// Path quoted as a word of a shell.
-fn quoted(path: &Path) -> String {
-    let text = path.display().to_string();
-    let is_plain = |c: char| c.is_alphanumeric() || "_-./~".contains(c);
-    if text.chars().all(is_plain) {
-        text
-    } else {
-        format!("'{}'", text.replace('\'', "'\\''"))
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -135,11 +128,5 @@ mod tests {
             assert!(text.contains(&format!("geometry = \"{}\"", template.geometry().0)));
             scene::parse(text, SCENE, Path::new(""), &[]).unwrap();
         }
-    }
-
-    #[test]
-    fn paths_are_quoted_for_a_shell() {
-        assert_eq!(quoted(Path::new("a/b-1.toml")), "a/b-1.toml");
-        assert_eq!(quoted(Path::new("my blade's/a")), "'my blade'\\''s/a'");
     }
 }

@@ -65,6 +65,8 @@ pub struct Output {
     pub folder: PathBuf,
     /// Path of the scene, for the record of what was run.
     pub scene_file: PathBuf,
+    /// `KEY=VALUE` texts with which the scene was read.
+    pub overrides: Vec<String>,
     /// True if fields on the bodies are written.
     pub fields: bool,
     /// Number of frames of a period of the motion at the peak, which are written with the fields;

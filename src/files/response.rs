@@ -6,11 +6,13 @@ use std::time::{Duration, Instant};
 use super::RunFiles;
 use super::solving::Solving;
 use crate::error::RunError;
+use crate::mesh_study;
 use dovetail_export::curves::Sweep;
 use dovetail_export::flank::FlankSeries;
 use dovetail_export::folder::Beginning;
 use dovetail_export::journal::{Inputs, JOURNAL, Journal};
-use dovetail_export::manifest::{self, ResponseSummary, RunState};
+use dovetail_export::manifest::{self, Checks, ResponseSummary, RunState, TractionCheck};
+use dovetail_export::words::shell_word;
 use dovetail_export::{ExportError, csv};
 use dovetail_solver::dlft::SolvedFrequency;
 use dovetail_solver::run::{ReducedScene, ResponseResult};
@@ -146,6 +148,7 @@ impl RunFiles {
         if let Some(truncation) = &mut summary.truncation {
             truncation.modes_reach = found.modes_reach;
         }
+        self.figures.summary.checks = self.checks();
         let out = &self.folder.out;
         csv::write_response(&out.file(&table_of(None))?, &observed, response, along)?;
         if let Some(compared) = &found.compared {
@@ -168,6 +171,37 @@ impl RunFiles {
         Ok(())
     }
 }
+
+impl RunFiles {
+    /// Checks of the peak that need further runs; `None` without a peak or without pairs.
+    fn checks(&self) -> Option<Checks> {
+        let summary = &self.figures.summary;
+        let response = summary.response.as_ref()?;
+        let has_peak = response.first.peak_amplitude_m.is_some();
+        if summary.pairs == 0 || !has_peak {
+            return None;
+        }
+        let command = || {
+            let overrides = self.asked.overrides.iter().map(String::as_str);
+            let set = overrides.chain([OTHER_TRACTIONS]);
+            let set: String = set
+                .map(|set| format!(" --set {}", shell_word(set)))
+                .collect();
+            let file = shell_word(&summary.scene.file);
+            let name = &summary.scene.name;
+            format!("dovetail run {file}{set} --out output/{name}_tractions")
+        };
+        let one_speed = response.engine_order.is_none();
+        let range = response.traction_range.as_ref();
+        Some(Checks {
+            residual_tractions: TractionCheck::new(range, one_speed.then(command)),
+            flank_mesh: mesh_study::check(summary, &self.asked.scene_file, self.folder.out.path()),
+        })
+    }
+}
+
+/// Setting with which a run looks for the range over starting tractions.
+const OTHER_TRACTIONS: &str = "static.starting_tractions=2";
 
 /// Name of the table of a response.
 fn table_of(compared_harmonics: Option<usize>) -> String {

@@ -32,6 +32,7 @@ fn a_search_of_a_program_that_does_not_know_itself_is_not_resumed() {
     let output = Output {
         folder: folder.path().to_path_buf(),
         scene_file: "a.toml".into(),
+        overrides: Vec::new(),
         fields: false,
         frames: None,
         whole_disc: false,

@@ -1,6 +1,7 @@
 //! Reads `[[parameter]]`: a key of the scene, or several together, with its values in order, the
 //! kind of the key, and the fineness of each value.
 
+use std::collections::BTreeSet;
 use std::ops::Range;
 
 use serde::Deserialize;
@@ -92,6 +93,11 @@ impl Parameter {
 
     pub fn labels(&self) -> Vec<String> {
         self.values.iter().map(|v| v.label.clone()).collect()
+    }
+
+    /// Keys that the values set, each once.
+    pub fn keys(&self) -> BTreeSet<&str> {
+        keys(&self.values).collect()
     }
 
     /// Title of the parameter, such as `force (N)`.

@@ -8,6 +8,7 @@ use super::analysis::{Analysis, ParameterRefinement};
 use super::error::StudyError;
 use super::parameter::Parameter;
 use super::results::{CaseEnd, CaseFigures, CaseResult};
+use crate::scene_files::hash_of_file;
 use crate::version;
 use dovetail_export::table::{Cell, Columns};
 use dovetail_export::write_json;
@@ -73,8 +74,7 @@ pub fn write_summary(path: &Path, analysis: &Analysis<'_>) -> Result<(), StudyEr
         })),
         _ => None,
     });
-    let parameter =
-        |p: &Parameter| json!({ "name": p.name, "is": p.kind.to_string(), "values": p.labels() });
+    let parameter = |p: &Parameter| json!({ "name": p.name, "is": p.kind.to_string(), "keys": p.keys(), "values": p.labels() });
     let refinement = |r: &ParameterRefinement| {
         let parameter = &study.parameters[r.parameter];
         let at = study.physical(&results[r.cases[0]].case.values);
@@ -94,6 +94,7 @@ pub fn write_summary(path: &Path, analysis: &Analysis<'_>) -> Result<(), StudyEr
         "day": day(results),
         "study": study.name,
         "scene": study.scene,
+        "scene_blake3": hash_of_file(&study.scene).ok(),
         "cases": results.len(),
         "complete": results.iter().filter_map(CaseResult::figures).count(),
         "failed": failed.collect::<Vec<_>>(),

@@ -36,6 +36,7 @@ mod interruption;
 mod limits;
 mod load_path;
 mod memory;
+mod mesh_study;
 mod meshed_contact;
 mod meshing;
 mod metamorphic;

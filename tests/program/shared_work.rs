@@ -38,6 +38,7 @@ pub fn workspace<'a>(
     let output = Output {
         folder: folder.to_path_buf(),
         scene_file,
+        overrides: Vec::new(),
         fields: true,
         frames: None,
         whole_disc: false,

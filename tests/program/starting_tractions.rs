@@ -40,6 +40,19 @@ fn the_range_over_starting_tractions_is_that_of_runs_from_them() {
     assert_eq!(most, peaks.iter().copied().fold(0.0, f64::max));
     assert!(most > 1.01 * least, "{peaks:?}");
     assert_eq!(range["tractions"], 4);
+    let check = &summary["checks"]["residual_tractions"];
+    let verdict = if 1.0 - least / most > 0.02 {
+        "large"
+    } else {
+        "small"
+    };
+    assert_eq!(
+        (&check["verdict"], &check["tractions"]),
+        (&verdict.into(), &4.into())
+    );
+    let change = check["peak_change"].as_f64().unwrap();
+    assert!((change - (1.0 - least / most)).abs() < 1e-12, "{check}");
+    assert!(check["command"].is_null());
     assert_eq!(
         summary["response"]["peak_amplitude_m"].as_f64().unwrap(),
         peaks[0]
@@ -60,6 +73,7 @@ fn the_range_over_starting_tractions_is_that_of_runs_from_them() {
     let range = &summary["response"]["traction_range"]["peak_amplitude_m"];
     let [least, most] = [0, 1].map(|end| range[end].as_f64().unwrap());
     assert!(most / least - 1.0 < 2e-3, "{least} {most}");
+    assert_eq!(summary["checks"]["residual_tractions"]["verdict"], "small");
 }
 
 /// In a run-up each speed has a static state of its own.

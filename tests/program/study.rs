@@ -266,8 +266,8 @@ fn a_study_of_physical_parameters_answers_without_errors() {
     }
     // Low values come first, whatever the order in the file.
     let expected = serde_json::json!([
-        { "name": "friction", "is": "physical", "values": ["0.05", "0.3"] },
-        { "name": "force_n", "is": "physical", "values": ["1.0", "2.0", "4.0"] },
+        { "name": "friction", "is": "physical", "keys": ["reduced_model.friction"], "values": ["0.05", "0.3"] },
+        { "name": "force_n", "is": "physical", "keys": ["reduced_model.force_n"], "values": ["1.0", "2.0", "4.0"] },
     ]);
     assert_eq!(answers["parameters"], expected);
     let expected = ["peak_amplitude_m", "peak_ratio"].map(|figure| {

@@ -43,9 +43,10 @@ const PROGRAM: &str = "
     matrix_files:
     listener:
     scene_files: mesh_files
+    mesh_study: scene_files
     console: listener
     error: exit exhaustion motions scene gmsh influence_file matrix_files
-    files: exit metrics version scene_files error
+    files: exit metrics version scene_files mesh_study error
     reporter: metrics exhaustion motions error files listener
     store: files reporter
     commands: scene gmsh mesh_files influence_file matrix_files scene_files error files reporter store

@@ -2,6 +2,7 @@
 //!
 //! A number that does not exist (no converged point, no excitation) or is not finite is `null`.
 
+mod checks;
 mod curve;
 mod mesh;
 mod peak;
@@ -11,6 +12,7 @@ mod stress;
 mod verification;
 mod wear;
 
+pub use self::checks::{Checks, FlankMeshCheck, TractionCheck, Verdict};
 pub use self::curve::{CurveSummary, curve_summary};
 pub(crate) use self::mesh::BodySummary;
 pub use self::mesh::{
@@ -93,6 +95,9 @@ pub struct Summary {
     pub static_state: Option<StaticSummary>,
     /// Response; `None` if there is none yet.
     pub response: Option<ResponseSummary>,
+    /// Checks of the peak that need further runs; `None` without a peak or without pairs.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub checks: Option<Checks>,
     /// Highest stress at the peak; `None` if no fields were asked for, or nothing has stress.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stress: Option<StressSummary>,

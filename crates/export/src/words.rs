@@ -271,6 +271,16 @@ pub fn bounded(error: f64, words: &str) -> String {
     }
 }
 
+/// Text quoted as a word of a shell, if the shell would change it.
+pub fn shell_word(text: &str) -> String {
+    let is_plain = |c: char| c.is_alphanumeric() || "_-./~=:,+@%".contains(c);
+    if !text.is_empty() && text.chars().all(is_plain) {
+        text.to_owned()
+    } else {
+        format!("'{}'", text.replace('\'', "'\\''"))
+    }
+}
+
 /// Number with its noun: `1 pair`, `12 pairs`.
 pub fn counted(count: usize, one: &str, many: &str) -> String {
     match count {
@@ -322,6 +332,18 @@ pub fn motion_of_sectors(excitation: DiscExcitation) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn words_of_a_shell_are_quoted_where_it_would_change_them() {
+        for (text, word) in [
+            ("static.starting_tractions=2", "static.starting_tractions=2"),
+            ("contact.*.friction=0.1", "'contact.*.friction=0.1'"),
+            ("it's", "'it'\\''s'"),
+            ("", "''"),
+        ] {
+            assert_eq!(shell_word(text), word);
+        }
+    }
 
     #[test]
     fn counts_of_pairs_name_every_state_that_pairs_are_in() {

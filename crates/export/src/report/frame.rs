@@ -83,6 +83,11 @@ pub fn line(good: bool, text: &Markup) -> Markup {
     html! { li class=(class) { b { (word) } " " (text) } }
 }
 
+/// List item for a question that was not checked.
+pub fn unchecked(text: &Markup) -> Markup {
+    html! { li.unchecked { b { "?" } " Not checked: " (text) } }
+}
+
 /// Heading of a column, and its cell of a row.
 pub type Column<'a, R> = (&'a str, &'a dyn Fn(&R) -> String);
 

@@ -20,4 +20,4 @@ pub mod rigid_motion;
 pub mod signals;
 pub mod small;
 pub mod stress;
-pub mod stress_error;
+pub(crate) mod stress_error;

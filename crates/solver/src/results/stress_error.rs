@@ -2,7 +2,7 @@
 
 use super::recovery::NodalField;
 use super::stress::{BodyStress, StressCycle, StressError, StressPlace, node_stress};
-use crate::fem::recovered::StressRecovery;
+use crate::fem::stress::nodal_stress_error;
 use crate::model::{Model, Strength};
 
 /// Least error of an equivalent stress, relative to the equivalent of the error: two stresses may
@@ -42,26 +42,18 @@ impl StressError {
 /// Estimates the mesh error of places from the motion `motion_m` of the nodes, whose stress is
 /// `stress`. `strengths` has an entry for each body. The error of a place with too few elements
 /// around it stays `None`.
-pub fn estimate_errors<'p>(
+pub(crate) fn estimate_errors<'p>(
     model: &Model,
     motion_m: &[Vec<NodalField>],
     stress: &[BodyStress],
     strengths: &[Option<Strength>],
     places: impl Iterator<Item = &'p mut StressPlace>,
 ) {
-    let mut recoveries: Vec<Option<StressRecovery<'_>>> = Vec::new();
-    recoveries.resize_with(model.bodies.len(), || None);
     for place in places {
         let (b, node) = (place.at.body, place.at.node);
-        if recoveries[b].is_none() {
-            recoveries[b] = StressRecovery::new(&model.bodies[b]);
-        }
-        let Some(recovery) = &recoveries[b] else {
-            continue;
-        };
         let fields: Vec<&[[f64; 3]]> = motion_m[b].iter().map(Vec::as_slice).collect();
         let nodal_pa = node_stress(&stress[b].coefficients_pa, node as usize);
-        let error_pa = recovery.error(node, &fields, &nodal_pa);
+        let error_pa = nodal_stress_error(&model.bodies[b], node, &fields, &nodal_pa);
         place.error = error_pa.map(|error_pa| StressError::new(&nodal_pa, &error_pa, strengths[b]));
     }
 }

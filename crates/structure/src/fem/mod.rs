@@ -22,7 +22,6 @@ pub mod given;
 pub(crate) mod incompatible;
 pub(crate) mod loads;
 pub mod mass_properties;
-pub mod recovered;
 pub mod released;
 pub(crate) mod spin;
 pub mod springs;
@@ -32,6 +31,7 @@ pub(crate) mod tables;
 
 mod error;
 mod joined;
+mod recovered;
 
 use nalgebra_sparse::CscMatrix;
 use rayon::iter::{

@@ -53,96 +53,66 @@ impl Neighbourhood {
     }
 }
 
-/// Estimates the mesh error of the stress at nodes of a body.
-#[derive(Debug)]
-pub struct StressRecovery<'a> {
-    body: &'a Body,
-    lame: Lame,
-    /// Elements of each node.
-    elements: Vec<Vec<u32>>,
-}
-
-impl<'a> StressRecovery<'a> {
-    /// Recovery of the stress of a body; `None` if its matrices come from another program.
-    pub fn new(body: &'a Body) -> Option<Self> {
-        let lame = Lame::from(body.material()?);
-        let mut elements = vec![Vec::new(); body.nodes_m.len()];
-        for (e, nodes) in body.elements.iter().enumerate() {
-            for &node in nodes {
-                elements[node as usize].push(e as u32);
-            }
-        }
-        Some(Self {
-            body,
-            lame,
-            elements,
-        })
-    }
-
-    /// Estimated error of the stress at a node, Pa, for each displacement of the nodes of the body:
-    /// the correction that the stress of [`super::stress::nodal_stress`], given in `nodal_pa`,
-    /// lacks. `None` if the elements around the node are too few to estimate it.
-    pub fn error(
-        &self,
-        node: u32,
-        displacements_m: &[&[[f64; 3]]],
-        nodal_pa: &[[f64; 6]],
-    ) -> Option<Vec<[f64; 6]>> {
-        let near = self.neighbourhood(node)?;
-        let elements = self.around(node, near.layers);
-        let points_m = elements.iter().flat_map(|&e| {
-            let coords = values(self.body, e as usize, &self.body.nodes_m);
-            integrals(self.body, e as usize).points_m(&coords)
-        });
-        let weights = weights(
-            self.body.nodes_m[node as usize],
-            &points_m.collect::<Vec<_>>(),
-            near.decay,
-        )?;
-        let error = |(displacement_m, nodal): (&&[[f64; 3]], &[f64; 6])| {
-            let mut recovered = [0.0; 6];
-            let mut weights = weights.iter();
-            for &e in &elements {
-                let [coords, u] = [&self.body.nodes_m[..], displacement_m]
-                    .map(|field| values(self.body, e as usize, field));
-                let deformed = Deformed::new(&coords, &u, self.lame);
-                let stresses = integrals(self.body, e as usize).point_stress(&deformed);
-                for (stress, weight) in stresses.iter().zip(weights.by_ref()) {
-                    for (sum, s) in recovered.iter_mut().zip(stress) {
-                        *sum += weight * s;
-                    }
+/// Estimated mesh error of the stress at a node, Pa, for each displacement of the nodes of the body:
+/// the correction that the stress of [`super::stress::nodal_stress`], given in `nodal_pa`, lacks.
+/// `None` if the elements around the node are too few to estimate it, or if the matrices of the body
+/// come from another program.
+pub fn nodal_stress_error(
+    body: &Body,
+    node: u32,
+    displacements_m: &[&[[f64; 3]]],
+    nodal_pa: &[[f64; 6]],
+) -> Option<Vec<[f64; 6]>> {
+    let lame = Lame::from(body.material()?);
+    let near = Neighbourhood::new(order(body, node)?);
+    let elements = around(body, node, near.layers);
+    let points_m = elements.iter().flat_map(|&e| {
+        let coords = values(body, e, &body.nodes_m);
+        integrals(body, e).points_m(&coords)
+    });
+    let points_m: Vec<[f64; 3]> = points_m.collect();
+    let weights = weights(body.nodes_m[node as usize], &points_m, near.decay)?;
+    let error = |(displacement_m, nodal): (&&[[f64; 3]], &[f64; 6])| {
+        let mut recovered = [0.0; 6];
+        let mut weights = weights.iter();
+        for &e in &elements {
+            let [coords, u] =
+                [&body.nodes_m[..], displacement_m].map(|field| values(body, e, field));
+            let stresses = integrals(body, e).point_stress(&Deformed::new(&coords, &u, lame));
+            for (stress, weight) in stresses.iter().zip(weights.by_ref()) {
+                for (sum, s) in recovered.iter_mut().zip(stress) {
+                    *sum += weight * s;
                 }
             }
-            std::array::from_fn(|k| near.factor * (recovered[k] - nodal[k]))
-        };
-        Some(displacements_m.iter().zip(nodal_pa).map(error).collect())
-    }
-
-    /// Neighbourhood of a node, by the lowest order of its elements; `None` if it has no elements.
-    fn neighbourhood(&self, node: u32) -> Option<Neighbourhood> {
-        let elements = self.elements[node as usize].iter();
-        let orders = elements.map(|&e| self.body.elements.solid(e as usize).0.order);
-        orders.min().map(Neighbourhood::new)
-    }
-
-    /// Elements within this number of layers around a node, in ascending order.
-    fn around(&self, node: u32, layers: usize) -> Vec<u32> {
-        let mut nodes = vec![node];
-        let mut elements: Vec<u32> = Vec::new();
-        for _ in 0..layers {
-            let touching = nodes.iter().flat_map(|&n| &self.elements[n as usize]);
-            elements = touching.copied().collect();
-            elements.sort_unstable();
-            elements.dedup();
-            let of_elements = elements.iter();
-            let of_elements =
-                of_elements.flat_map(|&e| self.body.elements.element_nodes(e as usize));
-            nodes = of_elements.copied().collect();
-            nodes.sort_unstable();
-            nodes.dedup();
         }
-        elements
+        std::array::from_fn(|k| near.factor * (recovered[k] - nodal[k]))
+    };
+    Some(displacements_m.iter().zip(nodal_pa).map(error).collect())
+}
+
+/// Lowest order of the elements of a node; `None` if it has none.
+fn order(body: &Body, node: u32) -> Option<ElementOrder> {
+    let solids = body.elements.solids();
+    let own = solids.filter(|(_, nodes)| nodes.contains(&node));
+    own.map(|(element, _)| element.order).min()
+}
+
+/// Elements within this number of layers around a node, in ascending order.
+fn around(body: &Body, node: u32, layers: usize) -> Vec<usize> {
+    let mut inside = vec![false; body.nodes_m.len()];
+    inside[node as usize] = true;
+    let mut elements: Vec<usize> = Vec::new();
+    for _ in 0..layers {
+        let all = body.elements.iter().enumerate();
+        let touching = all.filter(|(_, nodes)| nodes.iter().any(|&n| inside[n as usize]));
+        elements = touching.map(|(e, _)| e).collect();
+        for &e in &elements {
+            for &n in body.elements.element_nodes(e) {
+                inside[n as usize] = true;
+            }
+        }
     }
+    elements
 }
 
 /// Weights of the values at some points in the value of the fitted polynomial at a place; `None` if

@@ -7,6 +7,8 @@ use super::element::{Deformed, MOST_NODES};
 use super::elements::{integrals, values};
 use crate::model::Body;
 
+pub use super::recovered::nodal_stress_error;
+
 /// Stress of each element in its middle, from the displacement of every node of the body. Zero
 /// where the matrices of the body come from another program, which has its stresses.
 pub fn stress(body: &Body, displacement_m: &[[f64; 3]]) -> Vec<[f64; 6]> {

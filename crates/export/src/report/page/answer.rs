@@ -3,9 +3,10 @@
 use maud::{Markup, html};
 
 use super::super::Contents;
-use super::super::frame::{card, line, table};
+use super::super::frame::{card, line, table, unchecked};
 use crate::manifest::{
-    ObservedPeak, PlaceSummary, RankedBy, ResponseSummary, RunState, StressSummary,
+    FlankMeshCheck, ObservedPeak, PlaceSummary, RankedBy, ResponseSummary, RunState, StressSummary,
+    TractionCheck, Verdict,
 };
 use crate::warning::{LARGE_ERROR, LARGE_STRESS_ERROR, Weight};
 use crate::words::{bounded, cycle_counts, figure, percent, quantity};
@@ -258,16 +259,71 @@ fn trust(contents: &Contents<'_>, response: &ResponseSummary) -> Markup {
             @if let Some(stress) = &contents.summary.stress {
                 (mesh_of_stress(stress))
             }
+            @if let Some(checks) = &contents.summary.checks {
+                (residual_tractions(&checks.residual_tractions))
+                (flank_mesh(&checks.flank_mesh))
+            }
             @match doubtful(contents) {
                 0 => {},
                 1 => (line(false, &html! { "A " a href="#warnings" { "warning" } " of the run says what else may be off." })),
                 many => (line(false, &html! { (many) " " a href="#warnings" { "warnings" } " of the run say what else may be off." })),
             }
             li.quiet {
-                "The mesh is not judged here: a study over its sizes does that. Pressures at the edges of flanks grow with refinement."
+                @if contents.has_pairs() {
+                    "Pressures at the edges of flanks grow with refinement of the mesh; peak and friction power do not."
+                } @else {
+                    "The mesh is not judged here for the peak: a study over its sizes does that."
+                }
             }
         }
     }
+}
+
+/// Line about the dependence of the peak on residual tractions.
+fn residual_tractions(check: &TractionCheck) -> Markup {
+    let Some(change) = check.peak_change else {
+        return unchecked(&html! {
+            "does the peak depend on the residual tractions that assembly leaves? "
+            @match &check.command {
+                Some(command) => { "A range of it: " code { (command) } "." },
+                None => "Starting tractions belong to a response at one speed.",
+            }
+        });
+    };
+    line(
+        check.verdict == Verdict::Small,
+        &html! {
+            "With " (check.tractions) " residual tractions that assembly may leave, the peaks differ by "
+            (bounded(change, "at most")) "."
+        },
+    )
+}
+
+/// Line about the mesh of the flanks.
+fn flank_mesh(check: &FlankMeshCheck) -> Markup {
+    let study = check.study.as_deref().unwrap_or_default();
+    let Some(peak) = check.peak_error else {
+        return unchecked(&html! {
+            "is the mesh of the flanks fine enough for peak and friction power? "
+            @if check.study.is_some() {
+                "Study " (study) " has no result for this mesh. "
+            }
+            @match &check.command {
+                Some(command) => { "A study over meshes: " code { (command) } "." },
+                None => "A reduced model has no mesh.",
+            }
+        });
+    };
+    line(
+        check.verdict == Verdict::Small,
+        &html! {
+            "The mesh of the flanks changes the peak by " (bounded(peak, "an estimated"))
+            @if let Some(power) = check.friction_power_error {
+                " and the friction power by " (bounded(power, "an estimated"))
+            }
+            " (study " (study) ")."
+        },
+    )
 }
 
 /// Line about the mesh error of the highest stress.
