@@ -1,4 +1,4 @@
-//! Studies of meshes in the folders beside a run, and their estimate of the error of its mesh.
+//! Studies of meshes in the folders next to a run, and their estimate of the error of its mesh.
 
 use std::path::{Path, PathBuf};
 
@@ -55,7 +55,7 @@ struct LimitRecord {
     value: f64,
 }
 
-/// Errors of the mesh of a run in `folder` by a study in a folder beside it, or in [`OUTPUT`]. The
+/// Errors of the mesh of a run in `folder` by a study in a folder next to it, or in [`OUTPUT`]. The
 /// study must be of the same scene file and have a case with the same mesh. Otherwise the answer has the command of
 /// a study.
 pub fn check(summary: &Summary, scene_file: &Path, folder: &Path) -> FlankMeshCheck {
@@ -184,11 +184,14 @@ fn value(figure: &str, case: &Summary) -> Option<f64> {
     }
 }
 
-/// Command of a study of the mesh of a scene: of a study file beside the scene, or in a folder
-/// `studies` there or beside that folder, if it varies the mesh of this scene.
+/// Command of a study of the mesh of a scene. The study file is looked for next to the scene, in a
+/// folder `studies` there, and in such a folder one level up.
 fn command(scene_file: &Path) -> String {
-    let of_scene = scene_file.parent().unwrap_or(Path::new(""));
-    let up = of_scene.parent().unwrap_or(Path::new(".."));
+    let of_scene = scene_file.parent().filter(|of| *of != Path::new(""));
+    let (of_scene, up) = match of_scene {
+        Some(of_scene) => (of_scene, of_scene.parent().unwrap_or(of_scene)),
+        None => (Path::new("."), Path::new("..")),
+    };
     let near = [
         of_scene.to_owned(),
         of_scene.join("studies"),

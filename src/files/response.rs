@@ -148,7 +148,7 @@ impl RunFiles {
         if let Some(truncation) = &mut summary.truncation {
             truncation.modes_reach = found.modes_reach;
         }
-        self.figures.summary.checks = self.checks();
+        self.figures.summary.checks = self.checks(reduced);
         let out = &self.folder.out;
         csv::write_response(&out.file(&table_of(None))?, &observed, response, along)?;
         if let Some(compared) = &found.compared {
@@ -174,7 +174,7 @@ impl RunFiles {
 
 impl RunFiles {
     /// Checks of the peak that need further runs; `None` without a peak or without pairs.
-    fn checks(&self) -> Option<Checks> {
+    fn checks(&self, reduced: &ReducedScene) -> Option<Checks> {
         let summary = &self.figures.summary;
         let response = summary.response.as_ref()?;
         let has_peak = response.first.peak_amplitude_m.is_some();
@@ -191,10 +191,12 @@ impl RunFiles {
             let name = &summary.scene.name;
             format!("dovetail run {file}{set} --out output/{name}_tractions")
         };
+        let has_friction = reduced.problem.laws.iter().any(|law| law.friction > 0.0);
         let one_speed = response.engine_order.is_none();
         let range = response.traction_range.as_ref();
         Some(Checks {
-            residual_tractions: TractionCheck::new(range, one_speed.then(command)),
+            residual_tractions: has_friction
+                .then(|| TractionCheck::new(range, one_speed.then(command))),
             flank_mesh: mesh_study::check(summary, &self.asked.scene_file, self.folder.out.path()),
         })
     }

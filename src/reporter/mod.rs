@@ -3,8 +3,8 @@
 //!
 //! A new [`Event`] gets an arm in `Inner::handle_event` where notes, warnings or files follow from
 //! it. Its words stand in `model.rs` (what a mesh has become, with `maps.rs`, `units.rs` and
-//! `mistakes.rs`) or `findings.rs` (what a user should mind, with `excited.rs` and `stress.rs`). What the files
-//! make of it is an arm in `RunFiles::handle_event`.
+//! `mistakes.rs`) or `findings.rs` (what a user should mind, with `excited.rs` and `stress.rs`).
+//! Its files are an arm in `RunFiles::handle_event`.
 //!
 //! Several threads use one reporter. Each call holds a lock until the event is written and printed,
 //! so that nothing in `Inner` may call a method of [`Reporter`].
@@ -316,11 +316,9 @@ impl Inner<'_> {
                 }
                 self.warnings(findings::response_warnings(run));
                 self.write_in_stage(Stage::ResponseFiles, event)?;
-                let stress = self.files.as_ref().and_then(|files| {
-                    let files = files.locked();
-                    files.summary().stress.as_ref().map(stress::warnings)
-                });
-                self.warnings(stress.unwrap_or_default());
+                let files = self.files.as_ref();
+                let warnings = files.map(|files| stress::warnings(files.locked().summary()));
+                self.warnings(warnings.unwrap_or_default());
             }
             _ => {}
         }

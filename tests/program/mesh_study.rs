@@ -110,6 +110,16 @@ fn the_error_of_a_mesh_is_that_of_a_study_beside_the_run() {
 }
 
 #[test]
+fn residual_tractions_need_friction() {
+    let folder = Folder::new("mesh_study_smooth");
+    let smooth = checked(&folder, "run", &[SMALL, "contact.*.friction=0"]);
+    assert!(smooth["residual_tractions"].is_null());
+    assert_eq!(smooth["flank_mesh"]["verdict"], "not_checked");
+    let page = folder.text("run/report.html");
+    assert!(!page.contains("residual tractions"));
+}
+
+#[test]
 fn a_study_of_another_scene_or_of_no_mesh_is_no_check() {
     let folder = Folder::new("mesh_study_other");
     let record = |scene: &str, key: &str| {

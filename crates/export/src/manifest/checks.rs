@@ -8,8 +8,9 @@ use crate::warning::LARGE_ERROR;
 /// Checks of a peak that need further runs.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Checks {
-    /// Dependence of the peak on the residual tractions that assembly leaves.
-    pub residual_tractions: TractionCheck,
+    /// Dependence of the peak on the residual tractions that assembly leaves; `None` without
+    /// friction.
+    pub residual_tractions: Option<TractionCheck>,
     /// Dependence of peak and friction power on the mesh of the flanks.
     pub flank_mesh: FlankMeshCheck,
 }
@@ -43,7 +44,7 @@ impl Verdict {
 pub struct TractionCheck {
     /// Result of the check.
     pub verdict: Verdict,
-    /// Number of tractions with a peak, that of the load path included.
+    /// Number of tractions with a peak, including the load path.
     pub tractions: usize,
     /// Difference of the largest and the least peak over the largest.
     pub peak_change: Option<f64>,

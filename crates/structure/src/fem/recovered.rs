@@ -12,20 +12,21 @@ use super::elasticity::Lame;
 use super::element::Deformed;
 use super::elements::{integrals, values};
 use crate::model::Body;
-use dovetail_mesh::ElementOrder;
+use dovetail_mesh::{ElementOrder, Shape};
 use dovetail_numerics::space::{dot, sub};
 
 /// Number of terms of the polynomial.
 const TERMS: usize = 27;
 /// Singular value of the fit, relative to the largest, below which its direction is not determined.
 const UNDETERMINED: f64 = 1e-3;
-/// Directions that a fit determines at least if it tells an error: a constant and a gradient.
+/// Least number of directions that a fit determines: a constant and a gradient.
 const LEAST_RANK: usize = 4;
 
 /// Elements around a node whose stress is fitted, and the use of the fit.
 ///
-/// The values were chosen on closed forms of a beam in bending and of a plate with a hole, for all
-/// types of elements (crates/solver/tests/library/elements/mesh_error.rs).
+/// The values were chosen on a beam in bending and a plate with a hole, on regular meshes of all types
+/// of elements (crates/solver/tests/library/elements/mesh_error.rs) and on unstructured ones of
+/// tetrahedra.
 struct Neighbourhood {
     /// Layers of elements around the node.
     layers: usize,
@@ -37,18 +38,16 @@ struct Neighbourhood {
 }
 
 impl Neighbourhood {
-    fn new(order: ElementOrder) -> Self {
-        match order {
-            ElementOrder::Linear => Self {
-                layers: 3,
-                decay: 0.5,
-                factor: 1.2,
-            },
-            ElementOrder::Quadratic => Self {
-                layers: 2,
-                decay: 1.5,
-                factor: 1.0,
-            },
+    fn new(order: ElementOrder, shape: Shape) -> Self {
+        let (layers, decay, factor) = match (order, shape) {
+            (ElementOrder::Linear, Shape::Tetrahedron) => (2, 0.5, 1.0),
+            (ElementOrder::Linear, _) => (3, 0.5, 1.2),
+            (ElementOrder::Quadratic, _) => (2, 1.5, 1.0),
+        };
+        Self {
+            layers,
+            decay,
+            factor,
         }
     }
 }
@@ -64,7 +63,7 @@ pub fn nodal_stress_error(
     nodal_pa: &[[f64; 6]],
 ) -> Option<Vec<[f64; 6]>> {
     let lame = Lame::from(body.material()?);
-    let near = Neighbourhood::new(order(body, node)?);
+    let near = neighbourhood(body, node)?;
     let elements = around(body, node, near.layers);
     let points_m = elements.iter().flat_map(|&e| {
         let coords = values(body, e, &body.nodes_m);
@@ -90,11 +89,13 @@ pub fn nodal_stress_error(
     Some(displacements_m.iter().zip(nodal_pa).map(error).collect())
 }
 
-/// Lowest order of the elements of a node; `None` if it has none.
-fn order(body: &Body, node: u32) -> Option<ElementOrder> {
-    let solids = body.elements.solids();
-    let own = solids.filter(|(_, nodes)| nodes.contains(&node));
-    own.map(|(element, _)| element.order).min()
+/// Neighbourhood of a node by its elements, of which those of lowest order and with the fewest
+/// corners decide; `None` if it has none.
+fn neighbourhood(body: &Body, node: u32) -> Option<Neighbourhood> {
+    let own = body.elements.solids();
+    let own = own.filter(|(_, nodes)| nodes.contains(&node));
+    let (order, shape) = own.map(|(of, _)| (of.order, of.shape)).min()?;
+    Some(Neighbourhood::new(order, shape))
 }
 
 /// Elements within this number of layers around a node, in ascending order.

@@ -260,7 +260,7 @@ fn trust(contents: &Contents<'_>, response: &ResponseSummary) -> Markup {
                 (mesh_of_stress(stress))
             }
             @if let Some(checks) = &contents.summary.checks {
-                (residual_tractions(&checks.residual_tractions))
+                @if let Some(check) = &checks.residual_tractions { (residual_tractions(check)) }
                 (flank_mesh(&checks.flank_mesh))
             }
             @match doubtful(contents) {
@@ -270,7 +270,7 @@ fn trust(contents: &Contents<'_>, response: &ResponseSummary) -> Markup {
             }
             li.quiet {
                 @if contents.has_pairs() {
-                    "Pressures at the edges of flanks grow with refinement of the mesh; peak and friction power do not."
+                    "Pressures at the edges of flanks grow with each refinement of the mesh; peak and friction power converge."
                 } @else {
                     "The mesh is not judged here for the peak: a study over its sizes does that."
                 }
@@ -285,7 +285,7 @@ fn residual_tractions(check: &TractionCheck) -> Markup {
         return unchecked(&html! {
             "does the peak depend on the residual tractions that assembly leaves? "
             @match &check.command {
-                Some(command) => { "A range of it: " code { (command) } "." },
+                Some(command) => { "To check it, run " code { (command) } "." },
                 None => "Starting tractions belong to a response at one speed.",
             }
         });
@@ -309,7 +309,7 @@ fn flank_mesh(check: &FlankMeshCheck) -> Markup {
                 "Study " (study) " has no result for this mesh. "
             }
             @match &check.command {
-                Some(command) => { "A study over meshes: " code { (command) } "." },
+                Some(command) => { "To check it, run " code { (command) } "." },
                 None => "A reduced model has no mesh.",
             }
         });
@@ -336,7 +336,7 @@ fn mesh_of_stress(stress: &StressSummary) -> Markup {
     line(
         good,
         &html! {
-            "The mesh changes the " a href="#stress" { "highest stress" } " by " (bounded(error, "an estimated"))
+            "The mesh error of the " a href="#stress" { "highest stress" } " is " (bounded(error, "an estimated"))
             ": " (place.ranked_words(stress.ranked_by))
             @if stress.ranked_by == RankedBy::Utilisation { " of the strength" }
             @if undecided { "; whether the strength suffices depends on the mesh" }

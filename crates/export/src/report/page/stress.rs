@@ -53,7 +53,7 @@ pub(super) fn stress(contents: &Contents<'_>) -> Markup {
                 p {
                     "At supports, at the edges of flanks and at point loads the stress grows without bound as the mesh is refined. "
                     "These values are numbers of the mesh, and the places above leave them out. "
-                    "An error that does not shrink as the mesh is refined tells such a place from one that the mesh resolves."
+                    "The estimated error of such a place does not shrink as the mesh is refined."
                 }
                 (places(&summary.singular, true))
             }

@@ -130,14 +130,14 @@ impl Exact for Plate {
 }
 
 fn beam(element: ElementType, n: usize) -> Mesh {
-    let mut mesh = block(element, [6 * n, 2 * n, n], [2.0 * HALF_LENGTH, 2.0, 2.0]);
+    let mut mesh = block(element, [6 * n, 2 * n, 2], [2.0 * HALF_LENGTH, 2.0, 2.0]);
     map_nodes(&mut mesh, |[x, y, z]| [x - HALF_LENGTH, y - 1.0, z]);
     mesh
 }
 
 /// A quarter of the plate to four radii, with cells that grow with the distance.
 fn plate(element: ElementType, n: usize) -> Mesh {
-    let mut mesh = block(element, [4 * n + 2, 4 * n + 2, n], [1.0, 1.0, 0.5]);
+    let mut mesh = block(element, [4 * n + 2, 4 * n + 2, 2], [1.0, 1.0, 0.5]);
     map_nodes(&mut mesh, |[x, y, z]| {
         let (r, t) = (4.0_f64.powf(x), FRAC_PI_2 * y);
         [r * t.cos(), r * t.sin(), z]
@@ -200,6 +200,10 @@ fn displaced(mesh: &Mesh, exact: &dyn Exact) -> (Body, Vec<[f64; 3]>) {
 
 /// The estimate and the error differ by this factor at most.
 const FACTOR: f64 = 2.0;
+/// Largest ratio of the estimate to the error for tetrahedra of 4 nodes: all cells here are cut along
+/// parallel diagonals, from which stresses of neighbours differ more than in unstructured meshes
+/// (tests/program/stress.rs).
+const FACTOR_OF_TET4: f64 = 6.0;
 
 /// Root mean squares over some nodes.
 struct Errors {
@@ -253,8 +257,13 @@ fn check(
                 element.name()
             );
             let ratio = estimate / error;
+            let most = if element == ElementType::TET4 {
+                FACTOR_OF_TET4
+            } else {
+                FACTOR
+            };
             assert!(
-                (1.0 / FACTOR..FACTOR).contains(&ratio),
+                (1.0 / FACTOR..most).contains(&ratio),
                 "{}, mesh {n}: {ratio}",
                 element.name()
             );
