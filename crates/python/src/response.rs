@@ -181,7 +181,7 @@ impl PyResponse {
         self.each_observed(py, |orbit, i| orbit.observed_amplitude[i])
     }
 
-    /// Estimated relative errors of the amplitudes for the harmonics left out, (points,
+    /// Estimated relative errors of the amplitudes from harmonics and samples, (points,
     /// observations); NaN where they are not known.
     #[getter]
     fn estimated_error<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {

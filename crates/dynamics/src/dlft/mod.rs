@@ -285,7 +285,7 @@ impl Orbit {
         self.cycles.iter().map(|cycle| cycle.status).collect()
     }
 
-    /// Estimated relative error of an observed amplitude for the harmonics left out: 0 where there
+    /// Estimated relative error of an observed amplitude from harmonics and samples: 0 where there
     /// are no pairs, `None` where it is not known.
     pub fn amplitude_error(&self, observation: usize) -> Option<f64> {
         let estimated = self.observed_error.get(observation).copied();

@@ -14,8 +14,9 @@ use dovetail_solver::run::{PeakAt, Peaks};
 /// Columns of the amplitude over a key.
 const AMPLITUDE: &str = "amplitude_m frequency_hz outcome linear_amplitude_m ratio loss_factor";
 /// Columns of the joint there.
-const JOINT: &str = "friction_power_w viscous_power_w slipping_pairs opening_pairs \
- opening_area_m2 largest_slid_m retention_n harmonics estimated_error";
+const JOINT: &str = "friction_power_w friction_power_error_w viscous_power_w \
+ viscous_power_error_w slipping_pairs opening_pairs opening_area_m2 largest_slid_m \
+ largest_slid_error_m retention_n harmonics estimated_error";
 
 /// Row of peaks.csv.
 #[derive(Debug, Clone, Copy)]
@@ -204,7 +205,11 @@ pub fn write_backbone(path: &Path, rows: &[BackboneRow<'_>]) -> Result<(), Expor
     table.add("response_above_hz", |row| {
         row.point.response_frequencies_hz()[1]
     });
-    table.add_solution("", solution, "friction_power_w viscous_power_w");
+    table.add_solution(
+        "",
+        solution,
+        "friction_power_w friction_power_error_w viscous_power_w viscous_power_error_w",
+    );
     table.add("power_defect", |row| row.point.power_defect());
     table.add_solution(
         "",

@@ -76,7 +76,7 @@ pub fn write_response(
         "",
         solution,
         "slipping_pairs opening_pairs closing_pairs open_pairs stuck_pairs friction_power_w \
-         viscous_power_w input_power_w retention_n newton_iterations krylov_iterations \
+         friction_power_error_w viscous_power_w viscous_power_error_w input_power_w retention_n newton_iterations krylov_iterations \
          residual harmonics",
     );
     table.add("estimated_error", motion_cell(|o| o.estimated_error));

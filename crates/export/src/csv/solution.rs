@@ -1,9 +1,9 @@
 //! Columns of a solution at one frequency, from which the tables choose.
 
 use crate::table::{Cell, Columns};
-use dovetail_solver::dlft::{CycleStatus, Orbit};
+use dovetail_solver::dlft::{CycleStatus, FigureErrors, Orbit};
 use dovetail_solver::results::pairs::PairTable;
-use dovetail_solver::results::quantities::{loss_factor, modal_mass_kg};
+use dovetail_solver::results::quantities::{largest_slid_error_m, loss_factor, modal_mass_kg};
 
 /// Solution in a row of a table.
 #[derive(Clone, Copy)]
@@ -49,6 +49,8 @@ impl<'a> SolutionRow<'a> {
             "loss_factor" => loss_factor(orbit).into(),
             "modal_mass_kg" => modal_mass_kg(orbit, self.observation).into(),
             "friction_power_w" => orbit.friction_power_w.into(),
+            "friction_power_error_w" => self.errors().map(|e| e.friction_power_w).into(),
+            "viscous_power_error_w" => self.errors().map(|e| e.viscous_power_w).into(),
             "viscous_power_w" => orbit.viscous_power_w.into(),
             "input_power_w" => orbit.input_power_w.into(),
             "stuck_pairs" => orbit.counts().stuck.into(),
@@ -58,10 +60,15 @@ impl<'a> SolutionRow<'a> {
             "open_pairs" => orbit.counts().open.into(),
             "opening_area_m2" => self.opening_area_m2().into(),
             "largest_slid_m" => self.largest_slid_m().into(),
+            "largest_slid_error_m" => largest_slid_error_m(orbit).into(),
             "retention_n" => orbit.retention_n.into(),
             "estimated_error" => orbit.amplitude_error(self.observation).into(),
             other => unreachable!("a solution has no column {other}"),
         }
+    }
+
+    fn errors(&self) -> Option<&FigureErrors> {
+        self.orbit.figure_errors.as_ref()
     }
 
     fn amplitude_m(&self) -> f64 {

@@ -8,8 +8,8 @@ use dovetail_solver::description::EngineOrder;
 use dovetail_solver::dlft::{CycleCounts, Response};
 use dovetail_solver::results::pairs::PairTable;
 use dovetail_solver::results::quantities::{
-    cycle_fields, friction_power_w, largest_of_pairs, linear_peak, local_peaks, peak,
-    peak_is_at_an_end, peak_ratio, peak_rise,
+    cycle_fields, friction_power_w, largest_of_pairs, largest_slid_error_m, linear_peak,
+    local_peaks, peak, peak_is_at_an_end, peak_ratio, peak_rise,
 };
 
 /// Number of digits of amplitudes of the linear curve, which is exact.
@@ -28,7 +28,7 @@ pub struct ObservedPeak {
     pub peak_speed_rpm: Option<f64>,
     /// Row of response.csv, 0 = first.
     pub peak_row: Option<usize>,
-    /// Estimated relative error of the amplitude due to the omitted harmonics; `None` if it is not
+    /// Estimated relative error of the amplitude from harmonics and samples; `None` if it is not
     /// known, and without pairs.
     pub peak_estimated_error: Option<f64>,
     /// Largest estimated relative error of all observed amplitudes at that peak.
@@ -63,13 +63,22 @@ pub struct ObservedPeak {
     pub peak_contacts: Vec<ContactCounts>,
     /// Mean power of friction at the peak. It is 0 if friction takes no power beyond rounding.
     pub peak_friction_power_w: Option<f64>,
+    /// Its estimated error; `None` where it is not known.
+    #[serde(default)]
+    pub peak_friction_power_error_w: Option<f64>,
     /// Mean power of viscous damping at the peak.
     pub peak_damping_power_w: Option<f64>,
+    /// Its estimated error; `None` where it is not known.
+    #[serde(default)]
+    pub peak_damping_power_error_w: Option<f64>,
     /// Energy that friction dissipates in a period per area at the peak, the largest over the
     /// pairs; `None` if the area of a pair is unknown.
     pub peak_largest_friction_energy_j_m2: Option<f64>,
     /// Distance slid in a period at the peak, the largest over the pairs.
     pub peak_largest_slid_m: Option<f64>,
+    /// Its estimated error; `None` where it is not known.
+    #[serde(default)]
+    pub peak_largest_slid_error_m: Option<f64>,
 }
 
 impl ObservedPeak {
@@ -102,6 +111,7 @@ impl ObservedPeak {
             }
         };
         let contacts = pairs.contacts.iter().enumerate().map(of_contact);
+        let errors = orbit.figure_errors.as_ref();
         let energy = largest_of_pairs(&cycles.friction_energy_j_m2);
         let local = local_peaks(response, i).into_iter();
         let loss = local.filter(|local| local.at.index == top.index);
@@ -123,10 +133,13 @@ impl ObservedPeak {
             peak_open_pairs: Some(counts.open),
             peak_contacts: contacts.collect(),
             peak_friction_power_w: finite(friction_w),
+            peak_friction_power_error_w: errors.and_then(|e| finite(e.friction_power_w)),
             peak_damping_power_w: finite(orbit.viscous_power_w),
+            peak_damping_power_error_w: errors.and_then(|e| finite(e.viscous_power_w)),
             peak_largest_friction_energy_j_m2: energy
                 .map(|energy| if friction_w > 0.0 { energy } else { 0.0 }),
             peak_largest_slid_m: largest_of_pairs(&cycles.slid_m),
+            peak_largest_slid_error_m: largest_slid_error_m(orbit).and_then(finite),
             ..without_motion
         }
     }
@@ -156,6 +169,13 @@ impl ObservedPeak {
             open: self.peak_open_pairs?,
         };
         (counts.pairs() > 0).then_some(counts)
+    }
+
+    /// Error of the friction power at the peak relative to it; `None` where it is not known, or
+    /// friction takes nothing.
+    pub fn friction_power_error(&self) -> Option<f64> {
+        let power_w = self.peak_friction_power_w.filter(|power| *power > 0.0)?;
+        Some(self.peak_friction_power_error_w? / power_w)
     }
 
     /// Number of digits of the amplitude that its estimated error supports.

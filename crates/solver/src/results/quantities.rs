@@ -391,6 +391,15 @@ pub fn linear_amplitude(response: &Response, frequency_hz: f64, observation: usi
     point.observed_amplitude.get(observation).copied()
 }
 
+/// Estimated error of the largest distance that a pair slides in a period, m; `None` where it is not
+/// known.
+pub fn largest_slid_error_m(orbit: &Orbit) -> Option<f64> {
+    let errors = orbit.figure_errors.as_ref()?;
+    let farthest = orbit.cycles.iter().zip(&errors.pairs);
+    let farthest = farthest.max_by(|(a, _), (b, _)| a.slid_m.total_cmp(&b.slid_m));
+    farthest.map(|(_, errors)| errors.slid_m)
+}
+
 /// Largest estimated error of the frequencies with a motion; `None` where nothing is estimated.
 pub fn largest_estimated_error(response: &Response) -> Option<f64> {
     let estimated = moving_orbits(response).filter_map(|orbit| orbit.estimated_error);

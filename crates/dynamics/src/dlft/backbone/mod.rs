@@ -44,7 +44,7 @@ pub struct BackbonePoint {
     /// Multiple of the excitation at whose resonance the motion is; `None` where the excitation does
     /// no work on it, or has another harmonic than 1, or where the air drives the motion.
     pub excitation_scale: Option<f64>,
-    /// Estimated relative error of the damping ratio for the harmonics left out, 0 to 1; `None`
+    /// Estimated relative error of the damping ratio from harmonics and samples, 0 to 1; `None`
     /// where it was not estimated.
     pub estimated_error: Option<f64>,
     /// Estimated error of `friction_ratio`, in its own unit; `None` where it was not estimated.

@@ -9,7 +9,7 @@ use crate::manifest::{
     TractionCheck, Verdict,
 };
 use crate::warning::{LARGE_ERROR, LARGE_STRESS_ERROR, Weight};
-use crate::words::{bounded, cycle_counts, figure, percent, quantity};
+use crate::words::{bounded, cycle_counts, figure, percent, quantity, supported_digits};
 use dovetail_solver::run::Observed;
 
 /// Relative change of the peak above which the report points it out.
@@ -152,7 +152,8 @@ fn losses(peak: &ObservedPeak) -> Markup {
         );
     }
     let friction = if friction_w > 0.0 {
-        quantity(friction_w, "W", 3)
+        let digits = supported_digits(friction_w, peak.friction_power_error());
+        quantity(friction_w, "W", digits.min(3))
     } else {
         "none".to_owned()
     };
@@ -237,11 +238,14 @@ fn trust(contents: &Contents<'_>, response: &ResponseSummary) -> Markup {
                 }))
             }
             @match response.first.peak_estimated_error {
-                Some(error) => (small(error, LARGE_ERROR, "The harmonics left out change the peak by ", "an estimated")),
+                Some(error) => (small(error, LARGE_ERROR, "More harmonics and samples would change the peak by ", "an estimated")),
                 None if response.first.peak_amplitude_m.is_some() && contents.has_pairs() => {
-                    (line(false, &html! { "The error of the harmonics left out is not known." }))
+                    (line(false, &html! { "The error from harmonics and samples is not known." }))
                 }
                 None => {}
+            }
+            @if let Some(error) = response.first.friction_power_error() {
+                (small(error, 3.0 * LARGE_ERROR, "They would change the friction power at the peak by ", "an estimated"))
             }
             @if let Some(error) = response.worst_energy_balance_error {
                 (small(error, UNBALANCED, "Power put in and power spent differ by ", "at most"))
