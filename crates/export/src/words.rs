@@ -243,7 +243,8 @@ fn figure_with_error(v: f64, error: f64) -> String {
     }
     let last = power_of_ten(largest, MOST_DIGITS) + 1 - MOST_DIGITS as i32;
     let error = error.abs().max(10f64.powi(last));
-    let first_is_1 = format!("{error:.1e}").starts_with('1');
+    let first_is_1 = [0, 1].map(|digits| format!("{error:.digits$e}").starts_with('1'));
+    let first_is_1 = first_is_1.contains(&true);
     let last = (power_of_ten(error, 1) - i32::from(first_is_1)).max(last);
     let round = |v: f64| (v / 10f64.powi(last)).round() * 10f64.powi(last);
     let decimals = (-last).max(0) as usize;
