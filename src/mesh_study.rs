@@ -55,7 +55,7 @@ struct LimitRecord {
     value: f64,
 }
 
-/// Errors of the mesh of a run in `folder` by a study in a folder next to it, or in [`OUTPUT`]. The
+/// Errors of the mesh of a run in `folder` by a study in a folder next to it, or in `OUTPUT`. The
 /// study must be of the same scene file and have a case with the same mesh. Otherwise the answer has the command of
 /// a study.
 pub fn check(summary: &Summary, scene_file: &Path, folder: &Path) -> FlankMeshCheck {

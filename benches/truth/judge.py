@@ -55,6 +55,8 @@ def judge(point, truths, accuracy):
         return {**line, "verdict": "no truth"}
     nearest = min(truths, key=lambda truth: sum(distance for distance, _ in compared(point, truth).values()))
     for name, (distance, truth_error) in compared(point, nearest).items():
+        if name != "amplitude" and np.isnan(point["estimated"][name]).any():
+            continue  # The force of a rigid pair that lands has no finite maximum.
         estimate, is_estimated = estimate_of(point, name, accuracy)
         line["quantities"][name] = {
             "distance": distance, "truth_error": truth_error, "estimate": estimate, "is_estimated": is_estimated,

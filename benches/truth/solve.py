@@ -22,12 +22,10 @@ def problem(dovetail, model):
                                           static_load=np.array(model["static_load"]), damping=model["damping"], modes=len(model["K"]))
 
 
-def estimate(motion, names):
-    """The first of these attributes that there is, as a list; None without any."""
-    for name in names:
-        if hasattr(motion, name):
-            return np.atleast_1d(np.asarray(getattr(motion, name), float)).tolist()
-    return None
+def relative(error, of):
+    """Largest error of a figure relative to the largest figure; NaN where one has no finite value."""
+    size = np.abs(np.atleast_1d(of)).max()
+    return [float(np.abs(np.atleast_1d(error)).max() / size) if size > 0 else 0.0]
 
 
 def point(response, i):
@@ -39,9 +37,9 @@ def point(response, i):
             "harmonics": motion.harmonics, "stable": bool(response.stable[i]), "amplitude_m": motion.amplitude_m.tolist(),
             "estimated": {
                 "amplitude": motion.estimated_error.tolist(),
-                "friction power": estimate(motion, ["estimated_friction_power_error"]),
-                "slip": estimate(motion, ["estimated_slip_error", "estimated_slid_error"]),
-                "force": estimate(motion, ["estimated_force_error", "estimated_contact_force_error", "estimated_compression_error"]),
+                "friction power": relative(motion.friction_power_error_w, motion.friction_power_w),
+                "slip": relative(motion.slid_error_m, motion.slid_m),
+                "force": relative(motion.compression_max_error_n, motion.compression_max_n),
             },
             "friction_power_w": motion.friction_power_w, "damping_w": motion.viscous_power_w, "slid_m": motion.slid_m.tolist(),
             "most_n": motion.compression_max_n.tolist(), "retention_n": motion.retention_n, "status": motion.status,

@@ -120,7 +120,7 @@ fn a_right_scene_has_no_warning() {
     let said = tried(
         "run",
         &folder,
-        "response.points=; response.accuracy=0.05",
+        "response.points=; response.accuracy=0.05; excitation.0.force_n=0.4",
         0,
     );
     assert!(!said.contains("warning"), "{said}");

@@ -147,9 +147,10 @@ const OF_INTEGRATION: f64 = 1e-3;
 
 #[test]
 fn stacked_blocks_in_gross_slip_move_as_one_rigid_body() {
-    assert_slides_as_one_body(2, "harmonics = 3", MOST_ITERATIONS);
-    // Several numbers of harmonics at each frequency.
-    assert_slides_as_one_body(2, "accuracy = 0.01", 2.0 * MOST_ITERATIONS);
+    assert_slides_as_one_body(2, "harmonics = 3", 1.5 * MOST_ITERATIONS);
+    // Several numbers of harmonics at each frequency: the friction power asks for more than the
+    // amplitude.
+    assert_slides_as_one_body(2, "accuracy = 0.01", 12.0 * MOST_ITERATIONS);
 }
 
 /// The base accelerates the centres of the blocks, above the ground. This is a moment, which some

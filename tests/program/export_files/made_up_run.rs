@@ -7,7 +7,8 @@ use dovetail_mesh::{Connectivity, ElementOrder, Shape};
 use dovetail_solver::contact::PairLaw;
 use dovetail_solver::dlft::retention::Mean;
 use dovetail_solver::dlft::{
-    Branch, CycleStatus, LinearPoint, Orbit, Outcome, PairCycle, PairStatus, Response, StaticState,
+    Branch, CycleStatus, FigureErrors, LinearPoint, Orbit, Outcome, PairCycle, PairStatus,
+    Response, StaticState,
 };
 use dovetail_solver::model::{
     Body, BodyNode, ContactPair, DofMap, Material, MatrixOrigin, Model, NodeMotion, Observation,
@@ -403,6 +404,11 @@ fn response(model: &Model, motion: &[Vec<NodalField>; 2]) -> Response {
             krylov_iterations: 40,
             estimated_error: Some(0.004),
             observed_error: vec![0.004, 0.001],
+            figure_errors: Some(FigureErrors {
+                friction_power_w: 1e-3 * friction_power_w,
+                viscous_power_w: 1e-5 * g * g,
+                pairs: Vec::new(),
+            }),
             mean: Mean::Free,
             retention_n: 0.0,
             residual: 1e-9 * bad,

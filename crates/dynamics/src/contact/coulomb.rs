@@ -20,12 +20,12 @@ pub(crate) enum Contact {
 /// * `trial_N >= 0`: open, no force;
 /// * `|trial_T| < mu |trial_N| - touch_n`: stick, the trial force itself;
 /// * otherwise slip: a force on the cone along [`slip_direction`]. `rate` is the rate of the
-///   tangential trial force at this instant, N per step; without it the force points along the trial
-///   force.
+///   tangential trial force at this instant, N per step, asked for here alone; without it the force
+///   points along the trial force.
 #[inline(always)]
 pub(crate) fn unilateral_coulomb<D: Real>(
     trial: [D; 3],
-    rate: Option<[D; 2]>,
+    rate: impl FnOnce() -> Option<[D; 2]>,
     friction: f64,
     touch_n: f64,
 ) -> (Contact, [D; 3]) {
@@ -35,52 +35,47 @@ pub(crate) fn unilateral_coulomb<D: Real>(
         return (Contact::Open, [zero; 3]);
     }
     let limit = normal * -friction;
-    let tangential = length(t1, t2);
-    if tangential.re() < limit.re() - touch_n {
+    let squared = t1 * t1 + t2 * t2;
+    let inside = limit.re() - touch_n;
+    if inside > 0.0 && squared.re() < inside * inside {
         return (Contact::Stick, trial);
     }
-    if tangential.re() == 0.0 {
+    if squared.re() == 0.0 {
         return (Contact::Slip, [normal, zero, zero]);
     }
-    let [d1, d2] = match rate {
-        Some(rate) => slip_direction([t1, t2], rate, limit, tangential),
-        None => [t1, t2],
+    let (direction, size) = match rate() {
+        Some(rate) => slip_direction([t1, t2], rate, limit, squared),
+        None => ([t1, t2], squared.sqrt()),
     };
-    let scale = limit / length(d1, d2);
-    (Contact::Slip, [normal, d1 * scale, d2 * scale])
+    let scale = limit / size;
+    let [f1, f2] = two(|c| direction[c] * scale);
+    (Contact::Slip, [normal, f1, f2])
 }
 
-/// Vector along the friction force at the end of a step in which a pair slips, N. `tangential` is the
-/// length of the trial force t, `limit` is R, the limit of friction.
+/// Vector along the friction force at the end of a step in which a pair slips, N2, and its length.
+/// `limit` is R, the limit of friction, `squared` the square of the length of the trial force t.
 ///
 /// Friction turns towards the velocity: with the rate r of the trial force, N per step, the angle a
-/// of the force satisfies `R da = r across(a)`. The vector `a t + (1 - a) r` with `a = 2 R / (R + |t|)`
-/// solves this to second order in the step. It is exact where r turns evenly, whether the force
-/// follows it at once (`|r| >> R`) or slowly. A step leaves 1 / (1 + q + q^2 / 2) of a deviation,
-/// `q = |r| / R`. A part of r against t does not count: the pair slips although it turns back,
-/// because its limit falls.
+/// of the force satisfies `R da = r across(a)`. The vector `2 R t + (|t| - R) r` solves this to second
+/// order in the step. It is exact where r turns evenly, whether the force follows it at once
+/// (`|r| >> R`) or slowly. A step leaves 1 / (1 + q + q^2 / 2) of a deviation, `q = |r| / R`. A part
+/// of r against t does not count: the pair slips although it turns back, because its limit falls.
 #[inline(always)]
-fn slip_direction<D: Real>(trial: [D; 2], rate: [D; 2], limit: D, tangential: D) -> [D; 2] {
-    let share = trial_share(limit, tangential);
+fn slip_direction<D: Real>(trial: [D; 2], rate: [D; 2], limit: D, squared: D) -> ([D; 2], D) {
+    let tangential = squared.sqrt();
+    let by_rate = tangential - limit;
     let along = trial[0] * rate[0] + trial[1] * rate[1];
-    let against = if along.re() < 0.0 {
-        along / (tangential * tangential)
-    } else {
-        D::from(0.0)
-    };
-    let rest = -share + 1.0;
-    let vector = two(|c| trial[c] * share + (rate[c] - trial[c] * against) * rest);
-    // It vanishes with the limit, where any direction serves.
-    match length(vector[0].re(), vector[1].re()) == 0.0 {
-        true => trial,
-        false => vector,
+    let mut by_trial = limit * 2.0;
+    if along.re() < 0.0 {
+        by_trial = by_trial - by_rate * along / squared;
     }
-}
-
-/// Share a of the trial force in [`slip_direction`].
-#[inline(always)]
-fn trial_share<D: Real>(limit: D, tangential: D) -> D {
-    limit * 2.0 / (limit + tangential)
+    let [d1, d2] = two(|c| trial[c] * by_trial + rate[c] * by_rate);
+    let size = d1 * d1 + d2 * d2;
+    // It vanishes with the limit, where any direction serves.
+    if size.re() == 0.0 {
+        return (trial, tangential);
+    }
+    ([d1, d2], size.sqrt())
 }
 
 /// Length of a tangential force. (Forces are far from overflow: `hypot` would cost a sixth of a
@@ -111,8 +106,9 @@ pub(crate) struct SlipTangent {
 #[inline(always)]
 pub(crate) fn slip_tangent(trial: [f64; 3], rate: Option<[f64; 2]>, friction: f64) -> SlipTangent {
     let [normal, t1, t2] = trial;
-    let tangential = length(t1, t2);
-    if tangential == 0.0 {
+    let (trial, limit) = ([t1, t2], -friction * normal);
+    let squared = t1 * t1 + t2 * t2;
+    if squared == 0.0 {
         return SlipTangent {
             direction: [0.0; 2],
             across: [0.0; 2],
@@ -121,32 +117,28 @@ pub(crate) fn slip_tangent(trial: [f64; 3], rate: Option<[f64; 2]>, friction: f6
             by_rate: [0.0; 2],
         };
     }
-    let limit = -friction * normal;
-    let trial = [t1, t2];
-    let (share, vector) = match rate {
-        Some(rate) => (
-            trial_share(limit, tangential).min(1.0),
-            slip_direction(trial, rate, limit, tangential),
-        ),
-        None => (1.0, trial),
+    let (vector, size) = match rate {
+        Some(rate) => slip_direction(trial, rate, limit, squared),
+        None => (trial, squared.sqrt()),
     };
-    let size = length(vector[0], vector[1]);
-    let direction = vector.map(|v| v / size);
+    let over_size = 1.0 / size;
+    let direction = vector.map(|v| v * over_size);
     let across = [-direction[1], direction[0]];
-    let dot = |a: [f64; 2], b: [f64; 2]| a[0] * b[0] + a[1] * b[1];
-    let turn = limit / size;
-    let mut tangent = SlipTangent {
-        direction,
-        across,
-        by_normal: direction.map(|e| -friction * e),
-        by_trial: across.map(|a| turn * share * a),
-        by_rate: [0.0; 2],
-    };
+    let turn = limit * over_size;
+    let by_limit = direction.map(|e| -friction * e);
     let Some(rate) = rate else {
-        tangent.by_trial = across.map(|a| turn.min(1.0) * a);
-        return tangent;
+        return SlipTangent {
+            direction,
+            across,
+            by_normal: by_limit,
+            by_trial: across.map(|a| turn.min(1.0) * a),
+            by_rate: [0.0; 2],
+        };
     };
-    let (unit, rest) = (trial.map(|t| t / tangential), 1.0 - share);
+    let dot = |a: [f64; 2], b: [f64; 2]| a[0] * b[0] + a[1] * b[1];
+    let tangential = squared.sqrt();
+    let excess = tangential - limit;
+    let unit = trial.map(|t| t / tangential);
     let along = dot(unit, rate);
     // Rate that counts, and the derivatives of its part across by the rate and by the trial force.
     let (counted, by_rate, by_unit) = if along < 0.0 {
@@ -161,14 +153,18 @@ pub(crate) fn slip_tangent(trial: [f64; 3], rate: Option<[f64; 2]>, friction: f6
     } else {
         (rate, across, [0.0; 2])
     };
-    let sum = limit + tangential;
-    let by_share = turn * 2.0 * dot(across, [0, 1].map(|c| trial[c] - counted[c])) / (sum * sum);
-    for c in 0..2 {
-        tangent.by_normal[c] -= friction * by_share * tangential * across[c];
-        tangent.by_trial[c] += turn * rest * by_unit[c] - by_share * limit * unit[c];
-        tangent.by_rate[c] = turn * rest * by_rate[c];
+    // The vector depends on the limit and on the size of the trial force through its two factors.
+    let [across_trial, across_rate] = [dot(across, trial), dot(across, counted)];
+    let by_factor = turn * (2.0 * across_trial - across_rate);
+    let by_size = turn * across_rate;
+    SlipTangent {
+        direction,
+        across,
+        by_normal: [0, 1].map(|c| by_limit[c] - friction * by_factor * across[c]),
+        by_trial: [0, 1]
+            .map(|c| turn * (2.0 * limit * across[c] + excess * by_unit[c]) + by_size * unit[c]),
+        by_rate: by_rate.map(|r| turn * excess * r),
     }
-    tangent
 }
 
 /// Fraction w of a way at which the trial force `from + step w` of a closed pair leaves the cone,
@@ -236,7 +232,7 @@ mod tests {
                 (i as f64 * 1.3).cos(),
                 (i as f64 * 0.7).sin() * 2.0,
             ];
-            let (state, f) = unilateral_coulomb(p, None, 0.3, 0.0);
+            let (state, f) = unilateral_coulomb(p, || None, 0.3, 0.0);
             assert!(f[0] <= 0.0);
             assert!(f[1].hypot(f[2]) <= -0.3 * f[0] * (1.0 + 1e-15));
             match state {
@@ -260,10 +256,10 @@ mod tests {
             ([-1.0, 0.0, 0.0], Contact::Stick),
             ([0.0, 0.0, 0.0], Contact::Open),
         ] {
-            assert_eq!(unilateral_coulomb(trial, None, 0.5, 0.0).0, contact);
+            assert_eq!(unilateral_coulomb(trial, || None, 0.5, 0.0).0, contact);
         }
         // Without friction nothing sticks.
-        let (contact, force) = unilateral_coulomb([-1.0, 0.0, 0.0], None, 0.0, 0.0);
+        let (contact, force) = unilateral_coulomb([-1.0, 0.0, 0.0], || None, 0.0, 0.0);
         assert_eq!((contact, force), (Contact::Slip, [-1.0, 0.0, 0.0]));
     }
 
@@ -272,7 +268,7 @@ mod tests {
         let [n, t1, t2, r1, r2] = *input else {
             panic!("{input:?}")
         };
-        let (contact, force) = unilateral_coulomb([n, t1, t2], Some([r1, r2]), 0.4, 0.0);
+        let (contact, force) = unilateral_coulomb([n, t1, t2], || Some([r1, r2]), 0.4, 0.0);
         assert_eq!(contact, Contact::Slip);
         force.to_vec()
     }
@@ -310,7 +306,7 @@ mod tests {
         let mut force = [1.2_f64.cos(), 1.2_f64.sin()];
         for _ in 0..steps {
             let trial = [-1.0, force[0] + pull, force[1]];
-            let (_, [_, f1, f2]) = unilateral_coulomb(trial, Some([pull, 0.0]), 1.0, 0.0);
+            let (_, [_, f1, f2]) = unilateral_coulomb(trial, || Some([pull, 0.0]), 1.0, 0.0);
             force = [f1, f2];
         }
         force[1].atan2(force[0])
@@ -348,7 +344,7 @@ mod tests {
         for rate in [-1e6, -1.0, 0.0, 1.0, 1e6] {
             for limit in [0.0, 1e-300, 0.3, 1.0] {
                 let trial = [-1.0, 1.0, 0.0];
-                let (_, force) = unilateral_coulomb(trial, Some([rate, 0.0]), limit, 0.0);
+                let (_, force) = unilateral_coulomb(trial, || Some([rate, 0.0]), limit, 0.0);
                 assert!(
                     (force[1] - limit).abs() <= 1e-15 && force[2] == 0.0,
                     "{rate} {limit}"

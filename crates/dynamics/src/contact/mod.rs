@@ -134,8 +134,6 @@ pub(crate) struct PairState<D = f64> {
 pub(crate) struct Instant<D = f64> {
     /// Trial force (N, t1, t2), N.
     pub trial: [D; 3],
-    /// Rate of its tangential part, N per step, where the law was given it.
-    pub rate: Option<[D; 2]>,
     /// Contact force, N.
     pub force: [D; 3],
     /// State after the instant.
@@ -189,7 +187,7 @@ impl PredictedLaw {
     pub(crate) fn evaluate<D: Real>(
         &self,
         prediction: [D; 3],
-        rate: Option<[D; 2]>,
+        rate: impl FnOnce() -> Option<[D; 2]>,
         before: PairState<D>,
     ) -> Instant<D> {
         let trial = before.trial_force(prediction);
@@ -203,7 +201,6 @@ impl PredictedLaw {
         };
         Instant {
             trial,
-            rate,
             force,
             state,
         }
@@ -215,13 +212,13 @@ impl PredictedLaw {
         coulomb::slip_tangent(trial, rate, self.friction)
     }
 
-    /// Derivative of the contact force by lambda_u at a given rate, row by row.
+    /// Derivative by lambda_u of the contact force of a straight step, row by row.
     pub(crate) fn derivative(&self, instant: &Instant) -> [[f64; 3]; 3] {
         let by_trial = match instant.state.contact {
             Contact::Open => [[0.0; 3]; 3],
             Contact::Stick => [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
             Contact::Slip => {
-                let tangent = self.slip_tangent(instant.trial, instant.rate);
+                let tangent = self.slip_tangent(instant.trial, None);
                 let ([b1, b2], [a1, a2]) = (tangent.by_normal, tangent.across);
                 let [t1, t2] = tangent.by_trial;
                 [
@@ -308,7 +305,7 @@ mod tests {
         let lambda_u = [0, 1, 2].map(|c| force[c] + EPS[c.min(1)] * x[c]);
         // The slider is where the pair would be without a force.
         let state = predicted.state_at_rest(w, [0.0; 2]);
-        let found = predicted.evaluate(predicted.prediction(lambda_u), None, state);
+        let found = predicted.evaluate(predicted.prediction(lambda_u), || None, state);
         assert_eq!(found.state.contact, Contact::Stick);
         for (found, force) in found.force.iter().zip(force) {
             assert!((found - force).abs() < 1e-14, "{found} {force}");
@@ -343,7 +340,7 @@ mod tests {
                 ([-3.0, 4.0, -2.0], Contact::Slip),
                 ([1.0, 4.0, -2.0], Contact::Open),
             ] {
-                let at = |lambda_u| law.evaluate(law.prediction(lambda_u), None, state);
+                let at = |lambda_u| law.evaluate(law.prediction(lambda_u), || None, state);
                 assert_eq!(at(lambda_u).state.contact, does);
                 let by_differences = central(&lambda_u, 1e-6, |lambda_u| {
                     at([lambda_u[0], lambda_u[1], lambda_u[2]]).force.to_vec()

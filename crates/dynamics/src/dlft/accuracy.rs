@@ -4,9 +4,8 @@
 //! The contact forces of a motion with H harmonics have harmonics above H, which its balance leaves
 //! out. In a finer balance they are a residual, as is what its samples leave of a force with corners.
 //! Its first Newton correction says how far the observed amplitudes, the powers and the contact
-//! forces would move. A motion is judged by two such balances, with the next step of harmonics and
-//! with about twice as many; for one harmonic both are the balance with three. Where the larger
-//! estimate is above the accuracy asked for, the balance of the next step is solved, from its
+//! forces would move. A motion is judged by such a balance with about twice as many harmonics. Where the
+//! estimate is above the accuracy asked for, the balance of the next step is solved, from the
 //! corrected motion. The friction power and the largest contact force may err three times as much as
 //! the amplitudes.
 //!
@@ -20,11 +19,11 @@
 use super::balance::Setting;
 use super::figure_errors::FigureErrors;
 use super::point::{
-    AmplitudeChange, EstimatedMotion, FrequencySolver, Judge, Neighbour, Solution, SolverWork,
+    AmplitudeChange, EstimatedMotion, FinerMotion, FrequencySolver, Judge, MOST_CHECKED_UNKNOWNS,
+    Neighbour, Solution, SolverWork,
 };
 use crate::dlft::settings::Resolution;
 use dovetail_numerics::fourier::Fourier;
-use std::iter;
 use std::sync::Arc;
 
 /// Harmonics that are tried one after the other.
@@ -32,18 +31,21 @@ const STEPS: [usize; 9] = [1, 3, 5, 7, 9, 11, 15, 21, Resolution::MOST_ADAPTED];
 /// Least ratio of the estimated error to the change of the amplitude by further harmonics. The
 /// change falls short of the error: the harmonics above them are still left out, and the change is
 /// found in one linear step.
-const LEAST_SHORTFALL: f64 = 2.5;
+const LEAST_SHORTFALL: f64 = 3.0;
+/// The same ratio for a finer balance that is solved, and whose own error is known.
+const SOLVED_SHORTFALL: f64 = 2.0;
 
 /// Ratio of the estimated error to the change of the amplitude by the harmonics from `harmonics` up
 /// to `finer`. In gross slip an amplitude approaches its limit as 1 / H: the error is then 1 / H,
 /// and the change 1 / H - 1 / H'.
 pub(crate) fn shortfall(harmonics: usize, finer: usize) -> f64 {
-    LEAST_SHORTFALL.max(finer as f64 / (finer - harmonics) as f64)
+    LEAST_SHORTFALL.max(omission(harmonics, finer))
 }
 
-/// Most unknowns of a balance that is solved to judge another one: Newton's method factors its
-/// Jacobian.
-const MOST_CHECKED_UNKNOWNS: usize = 800;
+/// Ratio of an error that falls as 1 / H to its change from `harmonics` to `finer`.
+fn omission(harmonics: usize, finer: usize) -> f64 {
+    finer as f64 / (finer - harmonics) as f64
+}
 
 /// Number of levels above the first that are tried where no solution is found on it.
 const MOST_LEVELS_UP: usize = 3;
@@ -60,6 +62,8 @@ pub(crate) struct Refinement<'a> {
     checks: Vec<Option<CheckSolvers<'a>>>,
     /// Relative accuracy asked for; `None`: the first level is taken, whatever its error.
     accuracy: Option<f64>,
+    /// True if powers and contact forces ask for harmonics, too.
+    judges_figures: bool,
 }
 
 /// Solvers of a [`Check`].
@@ -173,7 +177,9 @@ pub(crate) fn levels(
         let further = (4 * harmonics + 3).min(most);
         if further > 2 * harmonics {
             let solved = 2 * samples(further).max(samples(harmonics));
-            let finest = doubled(further).min(doubled(Resolution::MOST_ADAPTED));
+            let finest = doubled(further)
+                .min(most)
+                .min(doubled(Resolution::MOST_ADAPTED));
             let is_finer = 5 * finest >= 6 * further;
             base_level.check = Some(Check {
                 solved: Grid::new(further, solved, eps(further)),
@@ -186,14 +192,8 @@ pub(crate) fn levels(
     match resolution {
         Resolution::Fixed { harmonics, samples } => {
             let carrying = |h| samples.max(Resolution::least_samples(h));
-            // At least a fifth more: with fewer the change would be too small a part of the error.
-            let next = STEPS
-                .into_iter()
-                .find(|h| 5 * h >= 6 * harmonics && *h < doubled(harmonics));
-            let judges = next.into_iter().chain([doubled(harmonics)]);
-            iter::once(checked(harmonics, &carrying))
-                .chain(judges.map(|h| level(h, carrying(h))))
-                .collect()
+            let finer = doubled(harmonics);
+            vec![checked(harmonics, &carrying), level(finer, carrying(finer))]
         }
         Resolution::Accuracy(accuracy) => {
             let steps = STEPS.into_iter().filter(|h| *h >= highest_excited);
@@ -242,7 +242,13 @@ impl<'a> Refinement<'a> {
                 Resolution::Fixed { .. } => None,
                 Resolution::Accuracy(accuracy) => Some(accuracy),
             },
+            judges_figures: true,
         }
+    }
+
+    /// Leaves it to the amplitudes to ask for harmonics.
+    pub(crate) fn judge_amplitudes_alone(&mut self) {
+        self.judges_figures = false;
     }
 
     /// Solvers of the same levels, but otherwise like `solver`, such as one of another model.
@@ -266,6 +272,7 @@ impl<'a> Refinement<'a> {
                 .map(|check| check.as_ref().map(rebuilt_check))
                 .collect(),
             accuracy: self.accuracy,
+            judges_figures: self.judges_figures,
         }
     }
 
@@ -352,8 +359,9 @@ impl<'a> Refinement<'a> {
             }
             let motion = EstimatedMotion::new(&solved, frequency_hz);
             let estimate = self.estimate(level, &motion, work);
-            let figures = estimate.figures.as_ref();
-            let of_figures = figures.map_or(0.0, |f| f.as_amplitude_error(&motion.orbit));
+            let laws = &solved.balance.setting.system.problem.laws;
+            let figures = estimate.figures.as_ref().filter(|_| self.judges_figures);
+            let of_figures = figures.map_or(0.0, |f| f.as_amplitude_error(&motion.orbit, laws));
             let largest = estimate.observed.iter().copied().fold(of_figures, f64::max);
             let fine = self.accuracy.is_none_or(|a| largest <= a);
             let suffices = fine && !(highest > level && self.is_rough(level, &solved));
@@ -390,16 +398,14 @@ impl<'a> Refinement<'a> {
         work: &mut SolverWork,
     ) -> Estimate {
         let Some(check) = &self.checks[level] else {
-            let mut judges = vec![level + 1, self.level_of(doubled(self.harmonics(level)))];
-            judges.dedup();
-            let judges: Vec<&Judge<'_>> = judges.iter().map(|i| &self.levels[*i]).collect();
-            return estimate_by_corrections(&judges, motion, work);
+            let judge = self.level_of(doubled(self.harmonics(level)));
+            return estimate_by_correction(&self.levels[judge], motion, work.estimate_work(0));
         };
         let (solver, coarse) = (&check.solved.solver, motion.solution);
         let work_on_check = work.estimate_work(0);
         match solver.finer_solution(coarse, motion.frequency_hz, work_on_check) {
             Some(finer) => check.estimate(&finer, motion, work),
-            None => estimate_by_corrections(&[&check.solved], motion, work),
+            None => estimate_by_correction(&check.solved, motion, work.estimate_work(0)),
         }
     }
 
@@ -417,33 +423,39 @@ impl<'a> Refinement<'a> {
     }
 }
 
-/// Errors of a motion by Newton corrections of finer balances: the largest that any of them gives.
-/// The corrected motion of the first one is the start for the next level.
-fn estimate_by_corrections(
-    judges: &[&Judge<'_>],
+/// Errors of a motion by the Newton correction of a finer balance. The corrected motion is the start
+/// for the next level.
+fn estimate_by_correction(
+    judge: &Judge<'_>,
     motion: &EstimatedMotion<'_>,
     work: &mut SolverWork,
 ) -> Estimate {
-    let corrections = Judge::corrections(judges, motion, work);
-    let mut estimate = Estimate {
-        observed: vec![0.0; corrections[0].changes.len()],
-        figures: None,
-        finer: Vec::new(),
-    };
-    for (judge, finer) in judges.iter().zip(corrections) {
-        let factor = shortfall(motion.orbit.harmonics, judge.harmonics());
-        for (error, change) in estimate.observed.iter_mut().zip(&finer.changes) {
-            *error = error.max(change.relative(factor * change.by));
-        }
-        if let Some(orbit) = &finer.orbit {
-            let figures = FigureErrors::from_distance(&motion.orbit, orbit, factor);
-            estimate.figures = Some(figures);
-        }
-        if estimate.finer.is_empty() {
-            estimate.finer = finer.u;
-        }
+    let finer = judge.correction(motion, work);
+    let factor = shortfall(motion.orbit.harmonics, judge.harmonics());
+    let changes = finer.changes.iter();
+    Estimate {
+        observed: changes
+            .map(|change| change.relative(factor * change.by))
+            .collect(),
+        figures: finer_figures(motion, &finer, factor),
+        finer: finer.u,
     }
-    estimate
+}
+
+/// Errors of the figures of a motion beside a finer one; `None` where that was not found.
+fn finer_figures(
+    motion: &EstimatedMotion<'_>,
+    finer: &FinerMotion,
+    factor: f64,
+) -> Option<FigureErrors> {
+    let figures = FigureErrors::from_distance(&motion.orbit, finer.orbit.as_ref()?, factor);
+    Some(match &finer.sampled {
+        Some(cycles) => {
+            let sampled = FigureErrors::from_cycles(&motion.orbit, cycles.clone());
+            figures.combined(&sampled, |a, b| a + factor * b)
+        }
+        None => figures,
+    })
 }
 
 impl CheckSolvers<'_> {
@@ -462,12 +474,13 @@ impl CheckSolvers<'_> {
             ..
         } = finer.solution;
         let harmonics = finer.orbit.harmonics;
-        let factor = shortfall(motion.orbit.harmonics, harmonics);
-        let change = motion.change_to(balance, u.clone(), Some(evaluation));
+        let own_harmonics = motion.orbit.harmonics;
+        let factor = SOLVED_SHORTFALL.max(omission(own_harmonics, harmonics));
+        let change = motion.change_to_evaluated(balance, u.clone(), evaluation);
         let distance = |factor| FigureErrors::from_distance(&motion.orbit, &finer.orbit, factor);
         let (mut observed, mut figures) = (Vec::new(), distance(factor));
         let judged = self.judge.as_ref().map(|judge| {
-            let corrected = Judge::corrections(&[judge], &finer, work).remove(0);
+            let corrected = judge.correction(&finer, work.estimate_work(1));
             (corrected, shortfall(harmonics, judge.harmonics()))
         });
         // A correction that is not found says nothing.
@@ -480,9 +493,8 @@ impl CheckSolvers<'_> {
             observed.push(change.relative((factor * by).max(by + own)));
         }
         if let Some((corrected, factor)) = &judged
-            && let Some(orbit) = &corrected.orbit
+            && let Some(own) = finer_figures(&finer, corrected, *factor)
         {
-            let own = FigureErrors::from_distance(&finer.orbit, orbit, *factor);
             let sum = distance(1.0).combined(&own, |a, b| a + b);
             figures = figures.combined(&sum, f64::max);
         }

@@ -78,6 +78,17 @@ enum History {
     FixedPoint { slipping: PairState, touch_n: f64 },
 }
 
+impl PairEnd {
+    /// State at the start of the last period of a pair that slides in it, whose force does not depend
+    /// on the periods before.
+    pub(crate) fn slides_from(&self) -> Option<PairState> {
+        match self.history {
+            History::Periodic | History::FixedPoint { .. } => Some(self.last.start),
+            History::FromStart(_) | History::Stuck(_) => None,
+        }
+    }
+}
+
 /// Evaluates one pair until its contact force is periodic and writes the coefficients of that force
 /// into `lambda` (component-major, 3 x (2H+1)).
 pub(crate) fn contact_forces(
@@ -87,6 +98,28 @@ pub(crate) fn contact_forces(
     lambda: &mut [f64],
 ) -> PairEnd {
     Arch::new().dispatch(Evaluate(fourier, input, signals, lambda))
+}
+
+/// [`contact_forces`] of a pair that is known to slide from `near` at the start of its period with
+/// other samples or other harmonics. Its periodic state is solved for from there. A pair that turns out
+/// not to slide keeps what it went through from the start.
+pub(crate) fn contact_forces_near(
+    fourier: &Fourier,
+    input: PairInput<'_>,
+    near: PairState,
+    signals: &mut Signals,
+    lambda: &mut [f64],
+) -> PairEnd {
+    let from_near = PairInput {
+        start: near,
+        plain_periods: 1,
+        ..input
+    };
+    let end = contact_forces(fourier, from_near, signals, lambda);
+    if end.periodic && (end.open_samples > 0 || end.slid_n > 0.0) {
+        return end;
+    }
+    contact_forces(fourier, input, signals, lambda)
 }
 
 /// [`contact_forces`] with the widest vectors of the processor; the arithmetic is the same. (A
@@ -142,7 +175,7 @@ fn evaluate_pair(
             Periods::UntilPeriodic if period > 1 => Some(SAME * scale),
             _ => None,
         };
-        let remembers = period >= PLAIN_PERIODS;
+        let remembers = period >= input.plain_periods;
         let passed = one_period(samples, &input, signals, &mut state, near_n, remembers);
         end.last = LastPeriod {
             start: before,
@@ -160,7 +193,7 @@ fn evaluate_pair(
             Periods::UntilPeriodic => state.distance_n(&before) <= PERIODICITY * scale,
             Periods::Exactly(count) => period >= count.min(PLAIN_PERIODS),
         };
-        end.history = if period > PLAIN_PERIODS {
+        end.history = if period > input.plain_periods {
             History::FixedPoint {
                 slipping,
                 touch_n: TOUCH * scale,
@@ -171,7 +204,7 @@ fn evaluate_pair(
         if end.periodic {
             break;
         }
-        if period >= PLAIN_PERIODS {
+        if period >= input.plain_periods {
             // Newton's step on (state after a period) = (state before it).
             let moved = [0, 1].map(|c| state.slid_n[c] - before.slid_n[c]);
             let step = match passed {
@@ -236,7 +269,7 @@ fn first_state(input: &PairInput<'_>, signals: &Signals) -> PairState {
     }
     // No force depends on the past: the state is that of the last sample, and one period is periodic.
     let last = signals.prediction(signals.samples() - 1, input.law.shift_n);
-    input.law.evaluate(last, None, input.start).state
+    input.law.evaluate(last, || None, input.start).state
 }
 
 /// Evaluates one period from `state`, up to where the pair is within `near_n` of where it was in the
@@ -276,15 +309,17 @@ fn one_period(
             signals.write(n, state.contact, passed.force);
         } else {
             let predicted = signals.prediction(n, input.law.shift_n);
-            let rate = between.then(|| signals.rate(n));
+            let rate = || between.then(|| signals.rate(n));
             let now = input.law.evaluate(predicted, rate, *state);
             signals.write(n, now.state.contact, now.force);
             passage.slips = now.state.contact != Contact::Stick;
             memory = memory.map(|memory| match now.state.contact {
                 Contact::Stick => memory,
-                Contact::Slip => {
-                    memory.updated_by_slip(input.law.slip_tangent(now.trial, now.rate))
-                }
+                Contact::Slip => memory.updated_by_slip(
+                    input
+                        .law
+                        .slip_tangent(now.trial, between.then(|| signals.rate(n))),
+                ),
                 Contact::Open => Memory::Lost,
             });
             *state = now.state;

@@ -4,11 +4,14 @@
 //! A rigid pair that sticks at every sample has D = I: its rows of J are eps I, its correction is
 //! known at once, and only the other ("active") pairs enter the linear solve.
 
-use super::aft::{PairEnd, contact_force_derivative, contact_forces, last_period};
+use super::aft::{
+    PLAIN_PERIODS, PairEnd, contact_force_derivative, contact_forces, contact_forces_near,
+    last_period,
+};
 use super::pair_signals::{PairInput, Periods, Rounding, Signals};
 use super::retention::{Mean, Retention};
 use super::{PairStatus, StaticState};
-use crate::contact::PredictedLaw;
+use crate::contact::{PairState, PredictedLaw};
 use crate::problem::dynamic_stiffness::{ContactSystem, HarmonicStiffness};
 use crate::problem::inexact::InexactModel;
 use crate::problem::unforced::Unforced;
@@ -134,15 +137,18 @@ pub struct Evaluation {
 }
 
 impl Evaluation {
-    /// Evaluation by a balance with the harmonics of the first `width` blocks alone, 2H+1, at a U
-    /// whose further harmonics are zero, where nothing excites these. It has the same samples and eps.
-    pub(crate) fn truncated(&self, width: usize) -> Self {
-        let unknowns = 3 * self.ends.len() * width;
-        let first = |v: &[f64]| v[..unknowns].to_vec();
+    /// What a balance with more harmonics, and the same samples and eps, has to be linearised from at a
+    /// U with zeros for these, `entries` in all, where nothing excites them.
+    pub(crate) fn widened(&self, entries: usize) -> Self {
+        let widened = |v: &Vec<f64>| {
+            let mut v = v.clone();
+            v.resize(entries, 0.0);
+            v
+        };
         Self {
-            residual: first(&self.residual),
-            lambda_u: first(&self.lambda_u),
-            lambda: first(&self.lambda),
+            residual: widened(&self.residual),
+            lambda_u: widened(&self.lambda_u),
+            lambda: widened(&self.lambda),
             ends: self.ends.clone(),
         }
     }
@@ -348,6 +354,7 @@ impl Balance {
             law,
             start: law.state_at_rest(x, lambda),
             rounding: self.rounding,
+            plain_periods: PLAIN_PERIODS,
         }
     }
 
@@ -372,6 +379,20 @@ impl Balance {
 
     /// Computes f(U), lambda(U) and the time evaluation of each pair.
     pub fn evaluate(&self, u: &[f64]) -> Evaluation {
+        self.evaluate_from(u, |_| None)
+    }
+
+    /// [`Balance::evaluate`] at a U near that of an evaluation with other samples or fewer harmonics,
+    /// and the same eps. Pairs that slide begin in the state where they were found there.
+    pub(crate) fn evaluate_near(&self, u: &[f64], near: &Evaluation) -> Evaluation {
+        self.evaluate_from(u, |pair| near.ends[pair].slides_from())
+    }
+
+    fn evaluate_from(
+        &self,
+        u: &[f64],
+        near: impl Fn(usize) -> Option<PairState> + Sync,
+    ) -> Evaluation {
         let (n, fourier) = (self.unknowns_per_block(), &*self.setting.fourier);
         let width = fourier.width();
         let lambda_u = self.lambda_u(u);
@@ -384,7 +405,12 @@ impl Balance {
                     let force = self.prediction(&lambda_u, pair);
                     let mut lambda = vec![0.0; 3 * width];
                     let input = self.input(pair, &force);
-                    let end = contact_forces(fourier, input, signals, &mut lambda);
+                    let end = match near(pair) {
+                        Some(near) => {
+                            contact_forces_near(fourier, input, near, signals, &mut lambda)
+                        }
+                        None => contact_forces(fourier, input, signals, &mut lambda),
+                    };
                     (end, lambda)
                 },
             )
@@ -503,26 +529,6 @@ impl Balance {
 }
 
 impl Jacobian {
-    /// Jacobian of a balance with the harmonics of the first `width` blocks alone, as in
-    /// [`Evaluation::truncated`].
-    pub(crate) fn truncated(&self, width: usize) -> Self {
-        let truncated = |derivative: &Vec<f64>| {
-            let pair_width = derivative.len().isqrt() / 3;
-            let mut out = Vec::with_capacity(9 * width * width);
-            for rows in derivative.chunks_exact(3 * pair_width * pair_width) {
-                // Parts of the first rows of a component, one for each component.
-                for part in rows[..3 * pair_width * width].chunks_exact(pair_width) {
-                    out.extend_from_slice(&part[..width]);
-                }
-            }
-            out
-        };
-        Self {
-            active: self.active.clone(),
-            derivatives: self.derivatives.iter().map(truncated).collect(),
-        }
-    }
-
     /// Computes (I - D) v for forces v on all pairs, (2H+1) n: the part of them that the contact
     /// forces do not balance. It is 0 on pairs that stick throughout.
     pub(crate) fn unbalanced_part(&self, v: &[f64], n: usize) -> Vec<f64> {
@@ -683,11 +689,10 @@ mod tests {
     }
 
     #[test]
-    fn a_finer_balance_has_the_evaluation_and_the_jacobian_of_a_coarser_one() {
+    fn the_evaluation_of_a_coarser_balance_gives_the_jacobian_of_a_finer_one() {
         for (what, sample, u) in &sample_points_of_waves_too() {
             let fourier = &sample.setting.fourier;
-            let (width, samples) = (fourier.width(), fourier.samples());
-            let finer = Fourier::new(fourier.harmonics() + 3, samples);
+            let finer = Fourier::new(fourier.harmonics() + 3, fourier.samples());
             let setting = Setting {
                 fourier: finer.into(),
                 ..sample.setting.clone()
@@ -703,12 +708,8 @@ mod tests {
             let (fine, coarse) = (with_force(&setting), with_force(&sample.setting));
             let mut longer = u.to_vec();
             longer.resize(fine.force.len(), 0.0);
-            let [of_finer, own] = [(&fine, &longer[..]), (&coarse, u)].map(|(balance, u)| {
-                let evaluation = balance.evaluate(u);
-                let jacobian = balance.linearise(&evaluation);
-                (evaluation, jacobian)
-            });
-            let of_finer = (of_finer.0.truncated(width), of_finer.1.truncated(width));
+            let anew = fine.evaluate(&longer);
+            let widened = coarse.evaluate(u).widened(longer.len());
             let compare = |a: &[f64], b: &[f64]| {
                 let largest = b.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
                 assert_eq!(a.len(), b.len(), "{what}");
@@ -716,11 +717,10 @@ mod tests {
                     assert!((a - b).abs() <= 1e-9 * largest, "{what}: {a} {b}");
                 }
             };
-            compare(&of_finer.0.residual, &own.0.residual);
-            compare(&of_finer.0.lambda_u, &own.0.lambda_u);
-            compare(&of_finer.0.lambda, &own.0.lambda);
-            assert_eq!(of_finer.1.active, own.1.active, "{what}");
-            for (a, b) in of_finer.1.derivatives.iter().zip(&own.1.derivatives) {
+            compare(&widened.lambda_u, &anew.lambda_u);
+            let [found, exact] = [&widened, &anew].map(|evaluation| fine.linearise(evaluation));
+            assert_eq!(found.active, exact.active, "{what}");
+            for (a, b) in found.derivatives.iter().zip(&exact.derivatives) {
                 compare(a, b);
             }
         }

@@ -298,7 +298,7 @@ impl<D: Real> Walk<D> {
         let before = self.state;
         // The rate of a step that is as long as the stretch.
         let rate = two(|c| rates[1][c + 1] * stretch.length);
-        let now = self.law.evaluate(to, Some(rate), before);
+        let now = self.law.evaluate(to, || Some(rate), before);
         let contact = now.state.contact;
         // The tangential force is the prediction minus the state until the pair leaves its cone.
         // From there it is linear in time, down to 0 where the pair opens. Each part is followed at
@@ -415,10 +415,10 @@ impl<D: Real> Path<D> {
     /// which the trapezoidal rule over a period needs no correction.
     #[inline(always)]
     fn straighten(&mut self, at: D, bend: [D; 3], share: D) {
-        for c in 1..3 {
-            let height = bend[c] * share;
-            self.force[c][0] += height * -0.5;
-            self.force[c][1] += height * (at + 1.0) * (-1.0 / 6.0);
+        for (force, bend) in self.force.iter_mut().zip(bend).skip(1) {
+            let height = bend * share;
+            force[0] += height * -0.5;
+            force[1] += height * (at + 1.0) * (-1.0 / 6.0);
         }
     }
 

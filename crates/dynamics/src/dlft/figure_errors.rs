@@ -5,6 +5,7 @@
 //! short of ([`crate::dlft::accuracy`]). All have the unit of their figure: a figure may be zero.
 
 use super::{Orbit, PairCycle};
+use crate::contact::PairLaw;
 use serde::{Deserialize, Serialize};
 
 /// Share of all power below which friction power is not resolved further.
@@ -53,6 +54,17 @@ impl FigureErrors {
         }
     }
 
+    /// Errors of the figures of the pairs of `motion` alone, their distance from those of `cycles`.
+    pub(crate) fn from_cycles(motion: &Orbit, cycles: Vec<PairCycle>) -> Self {
+        let other = Orbit {
+            friction_power_w: cycles.iter().map(|cycle| cycle.friction_power_w).sum(),
+            viscous_power_w: motion.viscous_power_w,
+            cycles,
+            ..Orbit::motionless(motion.frequency_hz, motion.outcome)
+        };
+        Self::from_distance(motion, &other, 1.0)
+    }
+
     /// These errors and others, combined figure by figure.
     pub(crate) fn combined(&self, others: &Self, by: impl Fn(f64, f64) -> f64) -> Self {
         let both = |a: Option<f64>, b: Option<f64>| Some(by(a?, b?));
@@ -82,23 +94,23 @@ impl FigureErrors {
         relative(self.friction_power_w, friction.max(LITTLE_FRICTION * all))
     }
 
-    /// Largest error of the largest compressions of all pairs that have one, relative to the largest
-    /// of these.
-    pub fn relative_contact_force(&self, motion: &Orbit) -> f64 {
+    /// Largest error of the largest compressions of pairs with springs, relative to the largest of
+    /// these. The force of a rigid pair jumps where friction reverses, and has no finite maximum where
+    /// the pair lands: its harmonics overshoot however many there are.
+    pub(crate) fn relative_contact_force(&self, motion: &Orbit, laws: &[PairLaw]) -> f64 {
         let (mut error, mut largest) = (0.0_f64, 0.0_f64);
-        for (errors, cycle) in self.pairs.iter().zip(&motion.cycles) {
-            if let Some(of_pair) = errors.compression_max_n {
-                error = error.max(of_pair);
-                largest = largest.max(cycle.compression_max_n);
-            }
+        let pairs = self.pairs.iter().zip(&motion.cycles).zip(laws);
+        for ((errors, cycle), _) in pairs.filter(|(_, law)| law.stiffness.is_some()) {
+            error = error.max(errors.compression_max_n.unwrap_or(0.0));
+            largest = largest.max(cycle.compression_max_n);
         }
         relative(error, largest)
     }
 
     /// Relative error of the amplitudes that asks for as many harmonics as these errors do.
-    pub(crate) fn as_amplitude_error(&self, motion: &Orbit) -> f64 {
+    pub(crate) fn as_amplitude_error(&self, motion: &Orbit, laws: &[PairLaw]) -> f64 {
         let friction = self.relative_friction_power(motion);
-        friction.max(self.relative_contact_force(motion)) / FIGURES_PER_AMPLITUDE
+        friction.max(self.relative_contact_force(motion, laws)) / FIGURES_PER_AMPLITUDE
     }
 }
 

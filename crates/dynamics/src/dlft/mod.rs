@@ -40,6 +40,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use serde::{Deserialize, Serialize};
 
+use crate::contact::PairLaw;
 use crate::problem::LinearReference;
 use dovetail_numerics::spectrum::blocks;
 use retention::Mean;
@@ -273,10 +274,11 @@ impl Orbit {
     }
 
     /// Relative error by which an accuracy judges the motion: that of its amplitudes, or a third of
-    /// that of the friction power or of the largest contact force, if that is larger.
-    pub fn judged_error(&self) -> Option<f64> {
+    /// that of the friction power or of the largest contact force, if that is larger. `laws` are those
+    /// of the pairs.
+    pub(crate) fn judged_error(&self, laws: &[PairLaw]) -> Option<f64> {
         let figures = self.figure_errors.as_ref();
-        let figures = figures.map_or(0.0, |errors| errors.as_amplitude_error(self));
+        let figures = figures.map_or(0.0, |errors| errors.as_amplitude_error(self, laws));
         Some(self.estimated_error?.max(figures))
     }
 

@@ -63,13 +63,7 @@ fn add_pair_motion(
     evaluation: &Evaluation,
     outcome: Outcome,
 ) -> Orbit {
-    let n = balance.unknowns_per_block();
-    let frequency_hz = motion.frequency_hz;
-    let cycles: Vec<PairCycle> = (0..n / 3)
-        .into_par_iter()
-        .with_min_len(16)
-        .map(|pair| pair_cycle(balance, u, evaluation, pair, frequency_hz))
-        .collect();
+    let cycles = pair_cycles(balance, u, evaluation, motion.frequency_hz);
     Orbit {
         outcome,
         x: u.to_vec(),
@@ -80,6 +74,20 @@ fn add_pair_motion(
         retention_n: balance.retention_n(u),
         ..motion
     }
+}
+
+/// Cycle of each pair in a motion.
+pub(crate) fn pair_cycles(
+    balance: &Balance,
+    u: &[f64],
+    evaluation: &Evaluation,
+    frequency_hz: f64,
+) -> Vec<PairCycle> {
+    (0..balance.unknowns_per_block() / 3)
+        .into_par_iter()
+        .with_min_len(16)
+        .map(|pair| pair_cycle(balance, u, evaluation, pair, frequency_hz))
+        .collect()
 }
 
 /// Orbit of a converged U with what follows from its displacements alone: modal amplitudes,

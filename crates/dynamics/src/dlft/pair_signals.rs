@@ -42,6 +42,8 @@ pub(crate) struct PairInput<'a> {
     pub start: PairState,
     /// Rounding of the law; `None` for the law itself.
     pub rounding: Option<Rounding>,
+    /// Number of periods that the pair goes through before its periodic state is solved for.
+    pub plain_periods: usize,
 }
 
 /// Signals of the last period, component-major, 3 x N; reused from pair to pair.

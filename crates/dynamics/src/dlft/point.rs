@@ -38,7 +38,9 @@ mod truncation;
 
 pub(crate) use neighbour::{Neighbour, resized};
 pub(crate) use solution::{Solution, SolverWork};
-pub(crate) use truncation::{AmplitudeChange, EstimatedMotion, Judge};
+pub(crate) use truncation::{
+    AmplitudeChange, EstimatedMotion, FinerMotion, Judge, MOST_CHECKED_UNKNOWNS,
+};
 
 use mean::SettledMean;
 use solution::{MethodStart, keep_better};

@@ -255,6 +255,15 @@ impl<'a> SweepSolvers<'a> {
         }
     }
 
+    /// The same for a curve that is followed, whose harmonics its amplitudes ask for. With more
+    /// harmonics a curve on which pairs open has more corners than it can be followed round.
+    pub(super) fn along_a_curve(mut self) -> Self {
+        if let Some(refinement) = Arc::get_mut(&mut self.refinement) {
+            refinement.judge_amplitudes_alone();
+        }
+        self
+    }
+
     /// Solves one frequency by `solve`, on the level of `begin` or above it, and judges the solution.
     pub(super) fn resolve(
         &self,

@@ -214,10 +214,9 @@ impl InexactModel {
         }
     }
 
-    /// Matrices of the waves on the unknowns of these numbers; none for a model without motions.
+    /// Matrices of the waves on the unknowns of these numbers.
     fn waves(&self, columns: &[usize]) -> BTreeMap<usize, InexactWave> {
         let copies = self.model.waves.copies().iter();
-        let copies = copies.filter(|_| self.coarse_space.ncols() > 0);
         let wave = |(diameter, model): (&usize, &ReducedModel)| {
             let (m, n) = (columns.len(), self.model.stiffness.nrows());
             let on_copies = |a: &Mat<f64>| {

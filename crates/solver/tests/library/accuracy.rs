@@ -63,7 +63,8 @@ fn the_accuracy_asked_for_is_kept_with_fewer_harmonics_where_little_slips() {
         }
         let harmonics: Vec<usize> = response.orbits.iter().map(|o| o.harmonics).collect();
         let (least, most) = (harmonics.iter().min(), harmonics.iter().max());
-        assert_eq!(least, Some(&1), "{accuracy}: {harmonics:?}");
+        // The friction power of the few pairs that slip asks for more than the amplitude does.
+        assert!(least < most, "{accuracy}: {harmonics:?}");
         assert!(
             accuracy > 0.03 || most >= Some(&3),
             "{accuracy}: {harmonics:?}"

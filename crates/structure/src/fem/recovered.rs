@@ -182,7 +182,8 @@ mod tests {
                 .map(|(w, p)| w * field(*p))
                 .sum();
             let off = (found - field(at)).abs();
-            assert!(off < 2e-3, "{found} {}", field(at));
+            // The directions that the points hardly determine are left out.
+            assert!(off < 2e-2, "{found} {}", field(at));
         }
     }
 

@@ -213,7 +213,8 @@ impl<'a> Pass<'a> {
         let (samples, block) = (self.fourier.samples(), self.fourier.padded_width());
         let size = 7 * block;
         let between = self.input.periods == Periods::UntilPeriodic;
-        let law = self.law;
+        let (law, signals) = (self.law, self.signals);
+        let rate = |n: usize| between.then(|| signals.rate(n));
         for n in 0..samples {
             let s = self.fourier.padded_row(n);
             let turns = between && self.signals.turns(n, &self.input.law);
@@ -236,8 +237,7 @@ impl<'a> Pass<'a> {
                 Some(passed) => (passed.state.contact, None),
                 None => {
                     let predicted = self.signals.prediction(n, law.shift_n);
-                    let rate = between.then(|| self.signals.rate(n));
-                    let now = law.evaluate(predicted, rate, self.state);
+                    let now = law.evaluate(predicted, || rate(n), self.state);
                     self.state = now.state;
                     (now.state.contact, Some(now))
                 }
@@ -253,7 +253,7 @@ impl<'a> Pass<'a> {
                 continue;
             };
             if contact == Contact::Slip {
-                let tangent = law.slip_tangent(instant.trial, instant.rate);
+                let tangent = law.slip_tangent(instant.trial, rate(n));
                 let [before, after] = [self.signals.previous(n), self.signals.next(n)]
                     .map(|n| self.fourier.padded_row(n));
                 let rows = [s, before, after];
@@ -392,19 +392,15 @@ fn slip_rows(
     let (h1, h2) = history.split_at(full);
     let [g1, g2] = tangent.by_trial;
     // The part across the force, one row for both components.
-    for (j, across) in first.iter_mut().enumerate() {
-        *across = -(g1 * h1[j] + g2 * h2[j]);
+    for (across, (h1, h2)) in first.iter_mut().zip(h1.iter().zip(h2)) {
+        *across = -(g1 * h1 + g2 * h2);
     }
-    for (c, (by_trial, by_rate)) in tangent
-        .by_trial
-        .into_iter()
-        .zip(tangent.by_rate)
-        .enumerate()
-    {
-        let half = 0.5 * by_rate;
-        let own = &mut first[(c + 1) * width..(c + 2) * width];
-        for (j, across) in own.iter_mut().enumerate() {
-            *across += by_trial * s[j] + half * (after[j] - before[j]);
+    let blocks = first[width..].chunks_exact_mut(width);
+    for (c, block) in blocks.enumerate() {
+        let (by_trial, half) = (tangent.by_trial[c], 0.5 * tangent.by_rate[c]);
+        let rates = after.iter().zip(before);
+        for (across, (s, (after, before))) in block.iter_mut().zip(s.iter().zip(rates)) {
+            *across += by_trial * s + half * (after - before);
         }
     }
     let [a1, a2] = tangent.across;

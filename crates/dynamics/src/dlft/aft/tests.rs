@@ -64,6 +64,7 @@ fn input(force: &[f64]) -> PairInput<'_> {
         law: law(0.3, 0.0),
         start: start([0.0; 2]),
         rounding: None,
+        plain_periods: PLAIN_PERIODS,
     }
 }
 

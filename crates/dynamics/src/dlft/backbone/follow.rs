@@ -305,9 +305,11 @@ impl BackboneFollower<'_> {
     /// Solves at an amplitude of the tracked mode, with the harmonics that the accuracy takes.
     fn solve(&mut self, log_q: f64) -> Option<SolvedAmplitude> {
         self.work.start_counting(self.most_seconds);
+        let lowest = self.run.refinement.lowest();
+        let laws = lowest.setting.system.problem.laws.clone();
         let mut level = self.last.last().map_or(0, |last| {
             let Orbit { harmonics, .. } = last.point.orbit;
-            let error = last.point.orbit.judged_error();
+            let error = last.point.orbit.judged_error(&laws);
             self.run.refinement.neighbour_level(harmonics, error)
         });
         let mut solved = self.solve_from(log_q, level, None, &self.starts(log_q))?;
@@ -321,7 +323,7 @@ impl BackboneFollower<'_> {
             let Some(accuracy) = self.accuracy else {
                 return Some(solved);
             };
-            let error = solved.point.orbit.judged_error();
+            let error = solved.point.orbit.judged_error(&laws);
             if error.is_some_and(|error| error <= accuracy) {
                 return Some(solved);
             }

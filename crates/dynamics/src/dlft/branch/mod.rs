@@ -61,7 +61,8 @@ pub fn follow(
     earlier: &[SolvedFrequency],
     tell: &(dyn Fn(SweepProgress<'_>) + Sync),
 ) -> Response {
-    let run = SweepSolvers::new(problem, damping, static_state, settings, earlier, tell);
+    let run =
+        SweepSolvers::new(problem, damping, static_state, settings, earlier, tell).along_a_curve();
     run.followed(&settings.frequencies_hz)
 }
 

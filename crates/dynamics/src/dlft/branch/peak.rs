@@ -23,7 +23,7 @@ impl Guess {
     pub fn from_peak(peak: &Orbit) -> Self {
         Self {
             harmonics: peak.harmonics,
-            estimated_error: peak.judged_error(),
+            estimated_error: peak.estimated_error,
             neighbour: Neighbour::from_orbit(peak, None),
         }
     }
@@ -68,7 +68,8 @@ pub fn peak_near(
         estimates: false,
         ..settings.clone()
     };
-    let run = SweepSolvers::new(problem, damping, static_state, &settings, &[], tell);
+    let run =
+        SweepSolvers::new(problem, damping, static_state, &settings, &[], tell).along_a_curve();
     run.peak_near(course, guess, observation)
 }
 
@@ -80,7 +81,8 @@ pub fn estimated(
     settings: &SweepSettings,
     orbit: &Orbit,
 ) -> Orbit {
-    let run = SweepSolvers::new(problem, damping, static_state, settings, &[], &|_| ());
+    let run =
+        SweepSolvers::new(problem, damping, static_state, settings, &[], &|_| ()).along_a_curve();
     let level = run.refinement.level_of(orbit.harmonics);
     run.estimated(orbit, level).0
 }

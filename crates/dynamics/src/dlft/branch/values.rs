@@ -116,7 +116,7 @@ pub fn follow_over(
         ..settings.clone()
     };
     let (problem, damping, state) = (&first.problem, first.damping, &first.state);
-    let run = SweepSolvers::new(problem, damping, state, &settings, earlier, tell);
+    let run = SweepSolvers::new(problem, damping, state, &settings, earlier, tell).along_a_curve();
     let values = Values {
         run: &run,
         range: range.clone(),

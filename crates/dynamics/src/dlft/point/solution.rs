@@ -15,7 +15,8 @@ pub(crate) struct SolverWork {
     pub preconditioner: Preconditioner,
     /// Time at which the frequency is given up.
     pub deadline: Deadline,
-    /// Work on the finer balances that errors are estimated with; each keeps its preconditioner.
+    /// Work on the finer balance that errors are estimated with, and on the one that judges it; each
+    /// keeps its preconditioner.
     estimates: [Option<Box<SolverWork>>; 2],
 }
 
@@ -27,8 +28,8 @@ impl SolverWork {
         self.deadline = Deadline::new(most_seconds);
     }
 
-    /// Work of the next estimate by the first or the second finer balance, which the counts of a
-    /// frequency leave out.
+    /// Work of the next estimate by the first or the second finer balance (0 or 1), which the counts of
+    /// a frequency leave out.
     pub(crate) fn estimate_work(&mut self, finer: usize) -> &mut SolverWork {
         let work = self.estimates[finer].get_or_insert_default();
         work.start_counting(None);

@@ -2,13 +2,17 @@
 //! ([`crate::dlft::accuracy`]).
 
 use super::{FrequencySolver, Method, Neighbour, Solution, SolverWork, Strategy, resized};
-use crate::dlft::balance::{Balance, Evaluation, Jacobian, Setting};
+use crate::dlft::balance::{Balance, Evaluation, Jacobian};
 use crate::dlft::dense::exact_correction;
 use crate::dlft::newton_krylov::{load_scale, relative_residual, step_length};
-use crate::dlft::orbit::{observation_scales, observed_amplitudes_m, orbit};
-use crate::dlft::{Orbit, Outcome};
+use crate::dlft::orbit::{observation_scales, observed_amplitudes_m, orbit, pair_cycles};
+use crate::dlft::{Orbit, Outcome, PairCycle};
 use dovetail_numerics::fourier::Fourier;
 use std::sync::Arc;
+
+/// Most unknowns of a balance that is solved, or corrected by a factor of its Jacobian, to judge another
+/// one.
+pub(crate) const MOST_CHECKED_UNKNOWNS: usize = 800;
 
 /// Relative residual of the linear solves of the estimates.
 const ESTIMATE_TOLERANCE: f64 = 0.05;
@@ -34,8 +38,11 @@ pub(crate) struct FinerMotion {
     /// Change of each observed amplitude, or of the whole vibration, in forces, where nothing is
     /// observed.
     pub changes: Vec<AmplitudeChange>,
-    /// Its figures, where they were asked for and it was found.
+    /// Its figures, if it was found.
     pub orbit: Option<Orbit>,
+    /// Cycles of the pairs of the coarser motion with twice the samples, where the figures do not show
+    /// the error of the samples.
+    pub sampled: Option<Vec<PairCycle>>,
 }
 
 /// Change of an amplitude, and the size to which it is relative.
@@ -76,13 +83,36 @@ impl<'s> EstimatedMotion<'s> {
         }
     }
 
-    /// Its change to the motion `v` of `balance`, with the figures of the latter if its evaluation is
-    /// given.
-    pub(crate) fn change_to(
+    /// Evaluation at its U, with zeros for further harmonics, by a balance that has these. That of the
+    /// solution serves where both have the same samples and nothing excites further harmonics.
+    fn evaluation_by(&self, balance: &Balance, u: &[f64]) -> Evaluation {
+        let Solution {
+            balance: own,
+            evaluation,
+            ..
+        } = self.solution;
+        let (own, finer) = (&own.setting.fourier, &balance.setting.fourier);
+        let loads = &balance.setting.system.problem.excitations;
+        let further = own.harmonics() + 1..=finer.harmonics();
+        let is_excited = loads.iter().any(|load| further.contains(&load.harmonic));
+        if own.samples() != finer.samples() || is_excited {
+            return balance.evaluate(u);
+        }
+        evaluation.widened(u.len())
+    }
+
+    /// Its change to the motion `v` of `balance`.
+    pub(crate) fn change_to(&self, balance: &Balance, v: Vec<f64>) -> FinerMotion {
+        let evaluation = balance.evaluate(&v);
+        self.change_to_evaluated(balance, v, &evaluation)
+    }
+
+    /// Its change to the motion `v` of `balance`, evaluated there.
+    pub(crate) fn change_to_evaluated(
         &self,
         balance: &Balance,
         v: Vec<f64>,
-        evaluation: Option<&Evaluation>,
+        evaluation: &Evaluation,
     ) -> FinerMotion {
         let after = observed_amplitudes_m(balance, &v, self.frequency_hz);
         let before = self.orbit.observed_amplitude.iter().zip(&self.scales);
@@ -107,17 +137,16 @@ impl<'s> EstimatedMotion<'s> {
                 of: vibration(&u).max(vibration(&v)),
             });
         }
-        let of = |evaluation| {
-            orbit(
-                balance,
-                &v,
-                evaluation,
-                self.frequency_hz,
-                Outcome::Converged,
-            )
-        };
+        let orbit = orbit(
+            balance,
+            &v,
+            evaluation,
+            self.frequency_hz,
+            Outcome::Converged,
+        );
         FinerMotion {
-            orbit: evaluation.map(of),
+            orbit: Some(orbit),
+            sampled: None,
             u: v,
             changes,
         }
@@ -130,6 +159,7 @@ impl<'s> EstimatedMotion<'s> {
             u,
             changes: vec![AmplitudeChange::UNKNOWN; observed.max(1)],
             orbit: None,
+            sampled: None,
         }
     }
 }
@@ -141,88 +171,18 @@ pub(crate) struct Judge<'a> {
     pub twice: Arc<Fourier>,
 }
 
-/// Residual of a balance at one U with twice the samples, and its Jacobian there.
-struct Linearised {
-    samples: usize,
-    harmonics: usize,
-    evaluation: Evaluation,
-    jacobian: Jacobian,
-}
-
-impl Linearised {
-    /// Linearises a balance at U, `twice` being that with twice the samples, or takes what is known
-    /// of one with more harmonics and the same eps, where it has as many samples and nothing excites
-    /// its further harmonics.
-    fn new(balance: &Balance, twice: &Balance, u: &[f64], finer: Option<Self>) -> Self {
-        let Setting {
-            fourier, system, ..
-        } = &balance.setting;
-        let (samples, harmonics) = (fourier.samples(), fourier.harmonics());
-        let excited = system.problem.excitations.iter().map(|load| load.harmonic);
-        let excites = |further: std::ops::RangeInclusive<usize>| {
-            excited.clone().any(|harmonic| further.contains(&harmonic))
-        };
-        let serves =
-            |finer: &Self| finer.samples == samples && !excites(harmonics + 1..=finer.harmonics);
-        let (evaluation, jacobian) = match finer.filter(serves) {
-            Some(Self {
-                evaluation,
-                jacobian,
-                ..
-            }) => (
-                evaluation.truncated(fourier.width()),
-                jacobian.truncated(fourier.width()),
-            ),
-            None => (twice.evaluate(u), balance.linearise(&balance.evaluate(u))),
-        };
-        Self {
-            samples,
-            harmonics,
-            evaluation,
-            jacobian,
-        }
-    }
-}
-
 impl Judge<'_> {
     /// Number of harmonics.
     pub(crate) fn harmonics(&self) -> usize {
         self.solver.setting.fourier.harmonics()
     }
 
-    /// Corrects a motion by one Newton step of each of these finer balances, in ascending order of
-    /// their harmonics, with twice their samples. The last one comes with its figures.
-    ///
-    /// Their eps is that of the motion. Where they have as many samples as the finest of them, and
-    /// nothing excites its further harmonics, their contact forces and derivatives are those of the
-    /// finest up to their own harmonics, and are computed once.
-    pub(crate) fn corrections(
-        finer: &[&Self],
-        motion: &EstimatedMotion<'_>,
-        work: &mut SolverWork,
-    ) -> Vec<FinerMotion> {
-        let mut linearised = None;
-        let ascending = finer.iter().enumerate();
-        let mut corrections: Vec<FinerMotion> = ascending
-            .rev()
-            .map(|(i, judge)| {
-                let is_last = i + 1 == finer.len();
-                let work = work.estimate_work(i);
-                judge.correction(motion, is_last, work, &mut linearised)
-            })
-            .collect();
-        corrections.reverse();
-        corrections
-    }
-
-    /// Corrects a motion with fewer harmonics by one Newton step. `linearised` is that of a balance
-    /// with more harmonics, if any, and becomes the one that was used.
-    fn correction(
+    /// Corrects a motion with fewer harmonics by one Newton step of this balance, whose residual has
+    /// twice the samples. Its eps is that of the motion.
+    pub(crate) fn correction(
         &self,
         motion: &EstimatedMotion<'_>,
-        with_figures: bool,
         work: &mut SolverWork,
-        linearised: &mut Option<Linearised>,
     ) -> FinerMotion {
         let Solution { balance, u, .. } = motion.solution;
         let (eps, mean) = (&balance.setting.eps, balance.mean());
@@ -234,21 +194,31 @@ impl Judge<'_> {
         let [Some(balance), Some(twice)] = balances else {
             return motion.unknown(u);
         };
-        let dx = match self.solver.stepping() {
-            Method::Exact => exact_correction(&twice, &u, self.solver.newton),
-            Method::Krylov(_) | Method::Dogleg => {
-                let known = linearised.take();
-                let known = linearised.insert(Linearised::new(&balance, &twice, &u, known));
-                self.solver.krylov_correction(&balance, known, work)
-            }
-        };
         work.newton_iterations += 1;
-        let Some(dx) = dx else {
+        let corrected =
+            |dx: Vec<f64>| -> Vec<f64> { u.iter().zip(&dx).map(|(u, d)| u + d).collect() };
+        if self.solver.unknowns() <= MOST_CHECKED_UNKNOWNS {
+            return match exact_correction(&twice, &u, self.solver.newton) {
+                Some(dx) => motion.change_to(&twice, corrected(dx)),
+                None => motion.unknown(u),
+            };
+        }
+        let near = &motion.solution.evaluation;
+        let sampled = twice.evaluate_near(&u, near);
+        let jacobian = balance.linearise(&motion.evaluation_by(&balance, &u));
+        let correction = self
+            .solver
+            .krylov_correction(&balance, &jacobian, &sampled, work);
+        let Some(dx) = correction else {
             return motion.unknown(u);
         };
-        let corrected: Vec<f64> = u.iter().zip(&dx).map(|(u, d)| u + d).collect();
-        let evaluation = with_figures.then(|| twice.evaluate(&corrected));
-        motion.change_to(&twice, corrected, evaluation.as_ref())
+        // The samples are doubled at the motion itself, and the harmonics by the correction.
+        let cycles = pair_cycles(&twice, &u, &sampled, motion.frequency_hz);
+        let v = corrected(dx);
+        let evaluation = balance.evaluate_near(&v, near);
+        let mut finer = motion.change_to_evaluated(&balance, v, &evaluation);
+        finer.sampled = Some(cycles);
+        finer
     }
 }
 
@@ -274,15 +244,16 @@ impl FrequencySolver<'_> {
         solved.is_converged().then_some(solved)
     }
 
-    /// Newton's correction where a balance is linearised, solved for loosely; `None` where it is not
+    /// Newton's correction by the residual of an evaluation, solved for loosely; `None` where it is not
     /// found.
     fn krylov_correction(
         &self,
         balance: &Balance,
-        linearised: &Linearised,
+        jacobian: &Jacobian,
+        evaluation: &Evaluation,
         work: &mut SolverWork,
     ) -> Option<Vec<f64>> {
-        let f = &linearised.evaluation.residual;
+        let f = &evaluation.residual;
         let (n, tolerance) = (balance.unknowns_per_block(), self.newton.tolerance);
         let scale = load_scale(balance, tolerance);
         let mut dx = vec![0.0; f.len()];
@@ -290,7 +261,7 @@ impl FrequencySolver<'_> {
             return Some(dx);
         }
         let kept = &mut work.preconditioner;
-        let linear = kept.linear_system(balance, &linearised.jacobian);
+        let linear = kept.linear_system(balance, jacobian);
         let right: Vec<f64> = f.iter().map(|f| -f).collect();
         let within = ESTIMATE_TOLERANCE;
         let end = kept.solve(balance, &linear, None, &right, scale, within, &mut dx);

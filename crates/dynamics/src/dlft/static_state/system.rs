@@ -117,7 +117,7 @@ impl StaticSystem {
             .map(|(pair, state)| {
                 let law = self.law(pair);
                 let pair_lambda_u = [0, 1, 2].map(|c| lambda_u[3 * pair + c]);
-                law.evaluate(law.prediction(pair_lambda_u), None, *state)
+                law.evaluate(law.prediction(pair_lambda_u), || None, *state)
             })
             .collect()
     }
