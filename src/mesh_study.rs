@@ -1,14 +1,17 @@
 //! Studies of meshes in the folders next to a run, and their estimate of the error of its mesh.
 
 use std::path::{Path, PathBuf};
+use std::str::FromStr;
 
 use serde::Deserialize;
 
 use crate::scene_files::hash_of_file;
+use crate::study::file::Study;
+use crate::study::keys::ParameterKind;
+use crate::study::quantity::StudyQuantity;
 use dovetail_export::manifest::{FlankMeshCheck, Summary};
 use dovetail_export::read_json;
 use dovetail_export::words::shell_word;
-use dovetail_superelement::input;
 
 /// Figures of a study that are looked at: peak amplitude and friction power there.
 const FIGURES: [&str; 2] = ["peak_amplitude_m", "peak_friction_power_w"];
@@ -56,8 +59,8 @@ struct LimitRecord {
 }
 
 /// Errors of the mesh of a run in `folder` by a study in a folder next to it, or in `OUTPUT`. The
-/// study must be of the same scene file and have a case with the same mesh. Otherwise the answer has the command of
-/// a study.
+/// study must be of the same scene file and have a case with the same mesh. Otherwise the answer has
+/// the command of a study.
 pub fn check(summary: &Summary, scene_file: &Path, folder: &Path) -> FlankMeshCheck {
     let Some(mesh) = &summary.mesh else {
         return FlankMeshCheck::default();
@@ -146,13 +149,15 @@ fn error(
     refinements: &[&RefinementRecord],
     cases: &[(String, Summary)],
 ) -> Option<f64> {
+    let quantity = StudyQuantity::from_str(figure).ok()?;
     let (mut estimated, mut distances) = (Vec::new(), Vec::new());
     for refinement in refinements {
         let found = refinement.figures.iter().find(|f| f.figure == figure);
         let Some(found) = found else { continue };
         for (case, summary) in cases {
             let place = refinement.cases.iter().position(|name| name == case);
-            match (place, value(figure, summary), &found.limit) {
+            let value = quantity.figures(summary).first().map(|(_, value)| *value);
+            match (place, value, &found.limit) {
                 (Some(place), ..) => {
                     estimated.extend(found.estimated_errors.get(place).copied().flatten());
                 }
@@ -174,16 +179,6 @@ fn error(
         .filter(|e| e.is_finite())
 }
 
-/// One of [`FIGURES`] of a case.
-fn value(figure: &str, case: &Summary) -> Option<f64> {
-    let peak = &case.response.as_ref()?.first;
-    if figure == FIGURES[0] {
-        peak.peak_amplitude_m
-    } else {
-        peak.peak_friction_power_w
-    }
-}
-
 /// Command of a study of the mesh of a scene. The study file is looked for next to the scene, in a
 /// folder `studies` there, and in such a folder one level up.
 fn command(scene_file: &Path) -> String {
@@ -199,34 +194,22 @@ fn command(scene_file: &Path) -> String {
     ];
     let files = near.iter().flat_map(|folder| entries(folder));
     let mut files = files.filter(|file| file.extension().is_some_and(|e| e == "toml"));
-    match files.find(|file| varies_mesh(file, scene_file).is_some()) {
+    match files.find(|file| varies_mesh(file, scene_file)) {
         Some(file) => format!("dovetail study {}", shell_word(&file.display().to_string())),
         None => UNKNOWN.to_owned(),
     }
 }
 
-/// `Some` if a file has a study that varies the mesh of this scene.
-fn varies_mesh(file: &Path, scene_file: &Path) -> Option<()> {
-    let study: toml::Table = input::text(file).ok()?.parse().ok()?;
-    let scene = file.parent()?.join(study.get("scene")?.as_str()?);
-    if scene.canonicalize().ok()? != scene_file.canonicalize().ok()? {
-        return None;
-    }
-    let is_varied = |parameter: &toml::Value| {
-        // Values of a physical parameter have no error.
-        let is_physical = parameter.get("is").and_then(toml::Value::as_str) == Some("physical");
-        let key = parameter.get("key").and_then(toml::Value::as_str);
-        let values = parameter.get("values").and_then(toml::Value::as_array);
-        let sets = values
-            .into_iter()
-            .flatten()
-            .filter_map(|v| v.get("set")?.as_table());
-        let mut keys = sets
-            .flat_map(toml::Table::keys)
-            .map(String::as_str)
-            .chain(key);
-        !is_physical && keys.any(is_of_mesh)
+/// Returns `true` if a file has a study that varies the mesh of this scene.
+fn varies_mesh(file: &Path, scene_file: &Path) -> bool {
+    let Ok(study) = Study::read(file, &[]) else {
+        return false;
     };
-    let parameters = study.get("parameter")?.as_array()?;
-    parameters.iter().any(is_varied).then_some(())
+    let [of_study, own] = [&study.scene, scene_file].map(|path| path.canonicalize().ok());
+    // Values of a physical parameter have no error.
+    let numerical = study.parameters.iter();
+    let mut numerical = numerical.filter(|of| of.kind == ParameterKind::Numerical);
+    of_study.is_some()
+        && of_study == own
+        && numerical.any(|parameter| parameter.keys().into_iter().any(is_of_mesh))
 }

@@ -47,7 +47,7 @@ def source_hash():
     return hashlib.sha256(text).hexdigest()[:12]
 
 
-def library():
+def compiled():
     """The integrator, compiled once."""
     text = SOURCE.read_bytes() + (HERE / "contact.h").read_bytes()
     path = BUILT / f"integrator-{hashlib.sha256(text).hexdigest()[:12]}.so"
@@ -62,7 +62,7 @@ def library():
     return loaded
 
 
-LIBRARY = None
+COMPILED = None
 
 
 class NoMotion(Exception):
@@ -73,8 +73,8 @@ class System:
     """Matrices of a model, with springs of `rigid_n_m` for its rigid pairs."""
 
     def __init__(self, model, rigid_n_m=None):
-        global LIBRARY
-        LIBRARY = LIBRARY or library()
+        global COMPILED
+        COMPILED = COMPILED or compiled()
         self.K, self.M = np.array(model["K"], float), np.array(model["M"], float)
         self.n, pairs = len(self.K), model["pairs"]
         self.p = len(pairs)
@@ -204,7 +204,7 @@ class Map:
         state[n:2 * n] *= self.omega
         path = np.zeros((instants, self.system.p, 3)) if instants else None
         figures = Figures() if instants and figures is None else figures
-        code = LIBRARY.integrate(ctypes.byref(self.model), state, periods, ctypes.byref(figures) if figures else None, instants,
+        code = COMPILED.integrate(ctypes.byref(self.model), state, periods, ctypes.byref(figures) if figures else None, instants,
                                  path.ctypes.data if instants else None)
         self.periods += periods
         if code or not np.isfinite(state).all():
@@ -215,7 +215,7 @@ class Map:
     def sliders_of(self, path, w):
         """Sliders that come of `w` along a period of the pairs, and which pairs slide in it still."""
         w, slides = np.array(w, float), np.zeros(self.system.p, np.int32)
-        if not LIBRARY.follow_path(ctypes.byref(self.model), np.ascontiguousarray(path), len(path), w, slides):
+        if not COMPILED.follow_path(ctypes.byref(self.model), np.ascontiguousarray(path), len(path), w, slides):
             raise NoMotion("sliders")
         return w, slides.astype(bool)
 

@@ -177,7 +177,7 @@ def parsed():
 
 def main():
     arguments = parsed()
-    motion.library()
+    motion.compiled()
     if arguments.check:
         import check
 

@@ -259,14 +259,18 @@ impl PyMotion {
     /// Estimated error of the impulse of each landing, N s, (pairs,); NaN for other pairs.
     #[getter]
     fn landing_impulse_error_ns<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        self.error_array(py, |errors| errors.landing.map(|[impulse, _]| impulse))
+        self.error_array(py, |errors| {
+            errors.landing.map(|landing| landing.impulse_ns)
+        })
     }
 
     /// Estimated error of the largest compression outside the landings of each pair, N, (pairs,); NaN
     /// for other pairs.
     #[getter]
     fn compression_after_landing_error_n<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        self.error_array(py, |errors| errors.landing.map(|[_, after]| after))
+        self.error_array(py, |errors| {
+            errors.landing.map(|landing| landing.compression_after_n)
+        })
     }
 
     /// What each pair does in a period: `stuck`, `slipping`, `opening` (separates for a part of the

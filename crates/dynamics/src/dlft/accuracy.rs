@@ -16,8 +16,9 @@
 //! not change between two numbers of harmonics. This finer solution is judged by a still finer balance
 //! before it is believed.
 
+use super::Orbit;
 use super::balance::Setting;
-use super::figure_errors::FigureErrors;
+use super::figure_errors::{FigureErrors, relative};
 use super::point::{
     AmplitudeChange, EstimatedMotion, FinerMotion, FrequencySolver, Judge, MOST_CHECKED_UNKNOWNS,
     Neighbour, Solution, SolverWork,
@@ -62,8 +63,6 @@ pub(crate) struct Refinement<'a> {
     checks: Vec<Option<CheckSolvers<'a>>>,
     /// Relative accuracy asked for; `None`: the first level is taken, whatever its error.
     accuracy: Option<f64>,
-    /// True if powers and contact forces ask for harmonics, too.
-    judges_figures: bool,
 }
 
 /// Solvers of a [`Check`].
@@ -90,6 +89,8 @@ pub(crate) struct Resolved {
     pub estimated_errors: Vec<f64>,
     /// Estimated errors of the other figures; `None` where they are not known.
     pub figure_errors: Option<FigureErrors>,
+    /// Figures of the solution, where they were needed to estimate errors.
+    pub orbit: Option<Orbit>,
     /// True if the estimate is within the accuracy, or no accuracy is asked for.
     pub is_accurate: bool,
     /// Level of the solution.
@@ -106,6 +107,7 @@ impl Resolved {
             solved,
             estimated_errors: Vec::new(),
             figure_errors: None,
+            orbit: None,
             level,
             next_level: level,
         }
@@ -242,13 +244,7 @@ impl<'a> Refinement<'a> {
                 Resolution::Fixed { .. } => None,
                 Resolution::Accuracy(accuracy) => Some(accuracy),
             },
-            judges_figures: true,
         }
-    }
-
-    /// Leaves it to the amplitudes to ask for harmonics.
-    pub(crate) fn judge_amplitudes_alone(&mut self) {
-        self.judges_figures = false;
     }
 
     /// Solvers of the same levels, but otherwise like `solver`, such as one of another model.
@@ -272,7 +268,6 @@ impl<'a> Refinement<'a> {
                 .map(|check| check.as_ref().map(rebuilt_check))
                 .collect(),
             accuracy: self.accuracy,
-            judges_figures: self.judges_figures,
         }
     }
 
@@ -344,12 +339,14 @@ impl<'a> Refinement<'a> {
     }
 
     /// Estimates the error of a solution of a level, and solves levels above until the accuracy
-    /// asked for is reached.
+    /// asked for is reached. Powers and contact forces ask for harmonics, too, where `judges_figures` is
+    /// true.
     pub(crate) fn refined(
         &self,
         frequency_hz: f64,
         mut level: usize,
         mut solved: Solution,
+        judges_figures: bool,
         work: &mut SolverWork,
     ) -> Resolved {
         let highest = self.highest();
@@ -360,7 +357,7 @@ impl<'a> Refinement<'a> {
             let motion = EstimatedMotion::new(&solved, frequency_hz);
             let estimate = self.estimate(level, &motion, work);
             let laws = &solved.balance.setting.system.problem.laws;
-            let figures = estimate.figures.as_ref().filter(|_| self.judges_figures);
+            let figures = estimate.figures.as_ref().filter(|_| judges_figures);
             let of_figures = figures.map_or(0.0, |f| f.as_amplitude_error(&motion.orbit, laws));
             let largest = estimate.observed.iter().copied().fold(of_figures, f64::max);
             let fine = self.accuracy.is_none_or(|a| largest <= a);
@@ -378,11 +375,13 @@ impl<'a> Refinement<'a> {
                     continue;
                 }
             }
+            let orbit = motion.orbit;
             let fewer = self.is_plenty(largest) && level > 0 && !self.is_rough(level - 1, &solved);
             return Resolved {
                 solved,
                 estimated_errors: estimate.observed,
                 figure_errors: estimate.figures,
+                orbit: Some(orbit),
                 is_accurate: suffices,
                 level,
                 next_level: level - usize::from(fewer),
@@ -435,7 +434,7 @@ fn estimate_by_correction(
     let changes = finer.changes.iter();
     Estimate {
         observed: changes
-            .map(|change| change.relative(factor * change.by))
+            .map(|change| relative(factor * change.by, change.of))
             .collect(),
         figures: finer_figures(motion, &finer, factor),
         finer: finer.u,
@@ -451,7 +450,7 @@ fn finer_figures(
     let figures = FigureErrors::from_distance(&motion.orbit, finer.orbit.as_ref()?, factor);
     Some(match &finer.sampled {
         Some(cycles) => {
-            let sampled = FigureErrors::from_cycles(&motion.orbit, cycles.clone());
+            let sampled = FigureErrors::from_cycles(&motion.orbit, cycles);
             figures.combined(&sampled, |a, b| a + factor * b)
         }
         None => figures,
@@ -486,11 +485,11 @@ impl CheckSolvers<'_> {
         // A correction that is not found says nothing.
         let judged = judged.filter(|(corrected, _)| corrected.orbit.is_some());
         for (i, change) in change.changes.iter().enumerate() {
-            let AmplitudeChange { by, .. } = *change;
+            let AmplitudeChange { by, of } = *change;
             let own = judged
                 .as_ref()
                 .map_or(0.0, |(corrected, factor)| factor * corrected.changes[i].by);
-            observed.push(change.relative((factor * by).max(by + own)));
+            observed.push(relative((factor * by).max(by + own), of));
         }
         if let Some((corrected, factor)) = &judged
             && let Some(own) = finer_figures(&finer, corrected, *factor)

@@ -4,7 +4,7 @@
 //! They are what a finer solution changes, times the share of the error that such a change falls
 //! short of ([`crate::dlft::accuracy`]). All have the unit of their figure: a figure may be zero.
 
-use super::{Orbit, PairCycle};
+use super::{Landing, Orbit, PairCycle};
 use crate::contact::PairLaw;
 use serde::{Deserialize, Serialize};
 
@@ -35,9 +35,8 @@ pub struct PairErrors {
     pub compression_min_n: f64,
     /// Largest compression, N. `None` for a rigid pair that lands: its force has no finite maximum.
     pub compression_max_n: Option<f64>,
-    /// Impulse of the landing, N s, and the largest compression after it, N; of a pair that has a
-    /// [`Landing`](super::Landing).
-    pub landing: Option<[f64; 2]>,
+    /// Errors of the figures of a landing, of a pair that has one.
+    pub landing: Option<Landing>,
 }
 
 impl FigureErrors {
@@ -54,15 +53,17 @@ impl FigureErrors {
         }
     }
 
-    /// Errors of the figures of the pairs of `motion` alone, their distance from those of `cycles`.
-    pub(crate) fn from_cycles(motion: &Orbit, cycles: Vec<PairCycle>) -> Self {
-        let other = Orbit {
-            friction_power_w: cycles.iter().map(|cycle| cycle.friction_power_w).sum(),
-            viscous_power_w: motion.viscous_power_w,
-            cycles,
-            ..Orbit::motionless(motion.frequency_hz, motion.outcome)
-        };
-        Self::from_distance(motion, &other, 1.0)
+    /// Errors of the figures of the pairs of `motion` by their distance from those of `cycles`.
+    pub(crate) fn from_cycles(motion: &Orbit, cycles: &[PairCycle]) -> Self {
+        let friction_power_w: f64 = cycles.iter().map(|cycle| cycle.friction_power_w).sum();
+        let pairs = motion.cycles.iter().zip(cycles);
+        Self {
+            friction_power_w: (motion.friction_power_w - friction_power_w).abs(),
+            viscous_power_w: 0.0,
+            pairs: pairs
+                .map(|(own, other)| PairErrors::from_distance(own, other, 1.0))
+                .collect(),
+        }
     }
 
     /// These errors and others, combined figure by figure.
@@ -74,9 +75,12 @@ impl FigureErrors {
             friction_power_w: by(a.friction_power_w, b.friction_power_w),
             compression_min_n: by(a.compression_min_n, b.compression_min_n),
             compression_max_n: both(a.compression_max_n, b.compression_max_n),
-            landing: a.landing.map(|of| {
-                let other = b.landing.unwrap_or([0.0; 2]);
-                [by(of[0], other[0]), by(of[1], other[1])]
+            landing: a.landing.map(|own| {
+                let other = b.landing.unwrap_or_default();
+                Landing {
+                    impulse_ns: by(own.impulse_ns, other.impulse_ns),
+                    compression_after_n: by(own.compression_after_n, other.compression_after_n),
+                }
             }),
         };
         Self {
@@ -88,7 +92,7 @@ impl FigureErrors {
 
     /// Error of the friction power relative to it, or to a hundredth of all power where friction
     /// takes less.
-    pub fn relative_friction_power(&self, motion: &Orbit) -> f64 {
+    pub(crate) fn relative_friction_power(&self, motion: &Orbit) -> f64 {
         let friction = motion.friction_power_w.abs();
         let all = friction + motion.viscous_power_w.abs();
         relative(self.friction_power_w, friction.max(LITTLE_FRICTION * all))
@@ -126,17 +130,17 @@ impl PairErrors {
                 .then(|| off(pair.compression_max_n, finer.compression_max_n)),
             landing: pair.landing.map(|own| {
                 let other = finer.landing.unwrap_or_default();
-                [
-                    off(own.impulse_ns, other.impulse_ns),
-                    off(own.compression_after_n, other.compression_after_n),
-                ]
+                Landing {
+                    impulse_ns: off(own.impulse_ns, other.impulse_ns),
+                    compression_after_n: off(own.compression_after_n, other.compression_after_n),
+                }
             }),
         }
     }
 }
 
-/// Error relative to a figure: 0 without an error, and 1 at most.
-fn relative(error: f64, of: f64) -> f64 {
+/// Error relative to a figure: 0 without an error, and 1 at most and where a number is not finite.
+pub(crate) fn relative(error: f64, of: f64) -> f64 {
     match error {
         0.0 => 0.0,
         error if error < of => error / of,

@@ -173,6 +173,8 @@ pub(super) struct SweepSolvers<'a> {
     pub(super) most_seconds: Option<f64>,
     /// True if errors are estimated, as in [`SweepSettings`].
     estimates: bool,
+    /// True if powers and contact forces ask for harmonics, too.
+    pub(super) judges_figures: bool,
     /// Listener to the solution.
     pub(super) tell: &'a (dyn Fn(SweepProgress<'_>) + Sync),
     stop: Stop,
@@ -250,6 +252,7 @@ impl<'a> SweepSolvers<'a> {
             slip_threshold_m,
             most_seconds: settings.most_seconds,
             estimates: settings.estimates,
+            judges_figures: true,
             tell,
             stop: Stop::default(),
         }
@@ -258,9 +261,7 @@ impl<'a> SweepSolvers<'a> {
     /// The same for a curve that is followed, whose harmonics its amplitudes ask for. With more
     /// harmonics a curve on which pairs open has more corners than it can be followed round.
     pub(super) fn along_a_curve(mut self) -> Self {
-        if let Some(refinement) = Arc::get_mut(&mut self.refinement) {
-            refinement.judge_amplitudes_alone();
-        }
+        self.judges_figures = false;
         self
     }
 
@@ -286,7 +287,7 @@ impl<'a> SweepSolvers<'a> {
         work: &mut SolverWork,
     ) -> Resolved {
         if self.estimates {
-            refinement.refined(at.frequency_hz, at.level, solved, work)
+            refinement.refined(at.frequency_hz, at.level, solved, self.judges_figures, work)
         } else {
             Resolved::unestimated(at.level, solved)
         }
@@ -515,7 +516,10 @@ impl<'a> SweepSolvers<'a> {
         } else if outcome.is_converged() && !resolved.is_accurate {
             outcome = Outcome::AccuracyNotReached;
         }
-        let mut orbit = orbit(&balance, &u, &evaluation, at.frequency_hz, outcome);
+        let mut orbit = resolved
+            .orbit
+            .unwrap_or_else(|| orbit(&balance, &u, &evaluation, at.frequency_hz, outcome));
+        orbit.outcome = outcome;
         orbit.point = at.point;
         orbit.residual = end.measure;
         orbit.estimated_error = resolved.estimated_errors.iter().copied().reduce(f64::max);

@@ -410,9 +410,9 @@ pub struct HighestStress {
     pub singular: Vec<StressPlace>,
 }
 
-/// The `count` highest places of bodies with this stress, without errors. They are ranked by what they use of the
-/// strength where all bodies with elements have one, else by amplitude. `strengths` and `singular`
-/// ([`singular_nodes`]) have an entry for each body.
+/// The `count` highest places of bodies with this stress, without errors. They are ranked by what
+/// they use of the strength where all bodies with elements have one, else by amplitude. `strengths`
+/// and `singular` ([`singular_nodes`]) have an entry for each body.
 pub fn highest_stress(
     model: &Model,
     stress: &[BodyStress],

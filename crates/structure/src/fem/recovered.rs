@@ -176,14 +176,15 @@ mod tests {
     fn fields_of_degree_2_along_each_axis_are_recovered() {
         let field = |[x, y, z]: [f64; 3]| 2.0 - x + 3.0 * y * z + x * x * y - 0.5 * y * y * z * z;
         let points = grid([6, 5, 6]);
-        for (at, decay) in [([0.0, 0.0, 0.0], 0.5), ([0.6, 0.3, 0.2], 1.5)] {
+        // Outside the points the directions that they hardly determine are left out.
+        let outside = ([0.0, 0.0, 0.0], 0.5, 2e-2);
+        for (at, decay, most) in [outside, ([0.6, 0.3, 0.2], 1.5, 2e-3)] {
             let weights = weights(at, &points, decay).unwrap();
             let found: f64 = (weights.iter().zip(&points))
                 .map(|(w, p)| w * field(*p))
                 .sum();
             let off = (found - field(at)).abs();
-            // The directions that the points hardly determine are left out.
-            assert!(off < 2e-2, "{found} {}", field(at));
+            assert!(off < most, "{found} {}", field(at));
         }
     }
 

@@ -158,7 +158,9 @@ impl SweepSolvers<'_> {
         work.start_counting(self.most_seconds);
         let from = Neighbour::from_orbit(orbit, None);
         let solved = (self.refinement.level(level)).solve_from(at_hz, &from, &mut work);
-        let resolved = self.refinement.refined(at_hz, level, solved, &mut work);
+        let resolved =
+            self.refinement
+                .refined(at_hz, level, solved, self.judges_figures, &mut work);
         let level = resolved.level;
         (
             self.orbit_of(

@@ -55,15 +55,6 @@ pub(crate) struct AmplitudeChange {
 impl AmplitudeChange {
     /// Change of a motion of which nothing is known.
     const UNKNOWN: Self = Self { by: 1.0, of: 1.0 };
-
-    /// Relative size of a change: at most 1, and 1 where a number is not finite.
-    pub(crate) fn relative(self, change: f64) -> f64 {
-        match change.abs() {
-            0.0 => 0.0,
-            change if change < self.of => change / self.of,
-            _ => 1.0,
-        }
-    }
 }
 
 impl<'s> EstimatedMotion<'s> {
@@ -165,7 +156,6 @@ impl<'s> EstimatedMotion<'s> {
 }
 
 /// Solver of a balance, with as many harmonics at twice the samples.
-#[derive(Clone)]
 pub(crate) struct Judge<'a> {
     pub solver: FrequencySolver<'a>,
     pub twice: Arc<Fourier>,

@@ -1,6 +1,7 @@
 //! Small algebra on the matrices of a body, and fields at its nodes.
 
 pub use dovetail_numerics::space::cross;
+use dovetail_numerics::sparse::{Cholesky, submatrix};
 use dovetail_solver::fem::assemble_body;
 use dovetail_solver::fem::statics::SolveFailure;
 use dovetail_solver::model::Material;
@@ -23,6 +24,23 @@ pub fn solve(a: &CscMatrix<f64>, b: &[f64]) -> Result<Vec<f64>, SolveFailure> {
         .map_err(|_| SolveFailure::NotPositiveDefinite { dof: 0 })?;
     let x = factor.solve(Mat::from_fn(b.len(), 1, |i, _| b[i]));
     Ok((0..b.len()).map(|i| x[(i, 0)]).collect())
+}
+
+/// Solves K u = `load` for the displacements that are not given, m; `u` has those that are.
+pub fn solve_inside(
+    k: &CscMatrix<f64>,
+    load: &[f64],
+    is_given: impl Fn(usize) -> bool,
+    u: &mut [f64],
+) {
+    let inner: Vec<usize> = (0..u.len()).filter(|dof| !is_given(*dof)).collect();
+    inner.iter().for_each(|&dof| u[dof] = 0.0);
+    let given = times(k, u);
+    let mut x: Vec<f64> = inner.iter().map(|&dof| load[dof] - given[dof]).collect();
+    Cholesky::factor(&submatrix(k, &inner, &inner))
+        .unwrap()
+        .solve_vector(&mut x);
+    inner.iter().zip(x).for_each(|(&dof, x)| u[dof] = x);
 }
 
 pub fn never(_: &CscMatrix<f64>, _: &[f64]) -> Result<Vec<f64>, SolveFailure> {

@@ -4,7 +4,6 @@
 use std::f64::consts::FRAC_PI_2;
 
 use dovetail_mesh::{ElementType, Mesh, facet};
-use dovetail_numerics::sparse::{Cholesky, submatrix};
 use dovetail_solver::fem::elasticity::Lame;
 use dovetail_solver::fem::stress::{nodal_stress, nodal_stress_error, von_mises};
 use dovetail_solver::model::{Body, Material, MatrixOrigin};
@@ -186,14 +185,7 @@ fn displaced(mesh: &Mesh, exact: &dyn Exact) -> (Body, Vec<[f64; 3]>) {
         }
     }
     let load = tractions(mesh, exact);
-    let inner: Vec<usize> = (0..u.len()).filter(|dof| !is_given[*dof]).collect();
-    inner.iter().for_each(|&dof| u[dof] = 0.0);
-    let given = times(&k, &u);
-    let mut x: Vec<f64> = inner.iter().map(|&dof| load[dof] - given[dof]).collect();
-    Cholesky::factor(&submatrix(&k, &inner, &inner))
-        .unwrap()
-        .solve_vector(&mut x);
-    inner.iter().zip(x).for_each(|(&dof, x)| u[dof] = x);
+    solve_inside(&k, &load, |dof| is_given[dof], &mut u);
     let u = u.as_chunks::<3>().0.to_vec();
     (body, u)
 }
