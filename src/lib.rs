@@ -10,8 +10,8 @@
 //!
 //! Imports point one way, which `tests/program/tidy.rs` holds. [`scene`], [`gmsh`], [`mesh_files`]
 //! and most small modules, such as [`motions`], import nothing of the rest. Then follow [`error`] <
-//! [`files`] < [`reporter`] < [`store`] < [`commands`] < [`study`] < [`reference`](mod@reference),
-//! [`schema`] < [`cli`], none of which imports what stands after it.
+//! [`study_file`] < [`files`] < [`reporter`] < [`store`] < [`commands`] < [`study`] <
+//! [`reference`](mod@reference), [`schema`] < [`cli`], none of which imports what stands after it.
 
 #![forbid(unsafe_code)]
 
@@ -37,5 +37,6 @@ pub mod scene_files;
 pub mod schema;
 pub mod store;
 pub mod study;
+pub mod study_file;
 pub mod terminal;
 pub mod version;

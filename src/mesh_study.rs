@@ -6,9 +6,9 @@ use std::str::FromStr;
 use serde::Deserialize;
 
 use crate::scene_files::hash_of_file;
-use crate::study::file::Study;
-use crate::study::keys::ParameterKind;
-use crate::study::quantity::StudyQuantity;
+use crate::study_file::Study;
+use crate::study_file::keys::ParameterKind;
+use crate::study_file::quantity::StudyQuantity;
 use dovetail_export::manifest::{FlankMeshCheck, Summary};
 use dovetail_export::read_json;
 use dovetail_export::words::shell_word;

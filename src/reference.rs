@@ -2,7 +2,7 @@
 
 use crate::scene::entries::SCENE;
 use crate::scene::keys::{SceneSection, SectionShape, Vocabulary};
-use crate::study::keys::STUDY;
+use crate::study_file::keys::STUDY;
 
 /// Tables of scene files: the name of each section (`top` for the top of the file, `sections` for
 /// the list of them) and its table.
@@ -68,7 +68,7 @@ mod tests {
 
     use super::*;
     use crate::scene::entries::RawScene;
-    use crate::study::keys::RawStudy;
+    use crate::study_file::keys::RawStudy;
 
     fn all_sections() -> impl Iterator<Item = (&'static Vocabulary, &'static SceneSection)> {
         [&SCENE, &STUDY]

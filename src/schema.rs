@@ -7,7 +7,7 @@ use serde_json::{Map, Value, json};
 use crate::scene::entries::SCENE;
 use crate::scene::keys::{Key, SceneSection, SectionShape, Vocabulary};
 use crate::scene::kinds::{Limits, ValueKind};
-use crate::study::keys::STUDY;
+use crate::study_file::keys::STUDY;
 
 /// Schema of scene files.
 pub fn scene() -> Value {

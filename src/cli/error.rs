@@ -10,7 +10,7 @@ use thiserror::Error;
 use crate::error::RunError;
 use crate::exit::ExitStatus;
 use crate::scene::{SceneError, SceneProblem, located};
-use crate::study::StudyError;
+use crate::study_file::StudyError;
 use dovetail_cache::EnvironmentError;
 use dovetail_solver::memory::TooLittle;
 use dovetail_superelement::input;

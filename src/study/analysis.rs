@@ -4,11 +4,11 @@
 use serde::Serialize;
 
 use super::convergence::{Limit, SAME, estimates, limit, relative_error};
-use super::file::Study;
-use super::keys::{CombinationMode, ParameterKind};
-use super::parameter::{Parameter, ParameterValue};
-use super::quantity::Figure;
 use super::results::CaseResult;
+use crate::study_file::Study;
+use crate::study_file::keys::{CombinationMode, ParameterKind};
+use crate::study_file::parameter::{Parameter, ParameterValue};
+use crate::study_file::quantity::Figure;
 use dovetail_export::plots::ends;
 
 /// Results of a study and their analysis.
@@ -226,8 +226,8 @@ fn refined(figure: &Figure, values: Vec<Option<f64>>, parameter: &Parameter) -> 
 pub mod tests {
     use super::*;
     use crate::study::cases::{Case, cases};
-    use crate::study::quantity::tests::PEAK_AMPLITUDE;
     use crate::study::results::{CaseEnd, CaseFigures};
+    use crate::study_file::quantity::tests::PEAK_AMPLITUDE;
 
     pub fn sized(name: &str, sizes: &[f64], base: usize) -> Parameter {
         let value = |size: &f64| ParameterValue {

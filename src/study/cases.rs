@@ -2,9 +2,9 @@
 
 use std::collections::HashSet;
 
-use super::file::Study;
-use super::keys::{CombinationMode, ParameterKind};
-use super::parameter::{Parameter, ParameterValue};
+use crate::study_file::Study;
+use crate::study_file::keys::{CombinationMode, ParameterKind};
+use crate::study_file::parameter::{Parameter, ParameterValue};
 
 /// One run, with a value of each parameter.
 #[derive(Debug, Clone, PartialEq)]

@@ -6,11 +6,11 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use super::cases::Case;
-use super::error::StudyError;
-use super::file::Study;
-use super::quantity::BLADE_FREQUENCY;
 use crate::scene;
 use crate::scene_files;
+use crate::study_file::Study;
+use crate::study_file::error::StudyError;
+use crate::study_file::quantity::BLADE_FREQUENCY;
 use dovetail_cache::fingerprint::{executable_hash, fingerprint};
 use dovetail_export::journal::JOURNAL;
 use dovetail_export::{read_json, write_json};

@@ -1,26 +1,20 @@
 //! Studies: runs of a scene over ranges of any of its keys, for the cost of accuracy and the effect
 //! of physical parameters.
 //!
-//! A study file (`file`, `parameter`) names a scene and parameters. They make cases (`cases`), each
-//! of which is one `dovetail run` in a folder of its own (`folder`, `runner`). The results
-//! (`results`) are turned into orders and errors (`convergence`, `analysis`) and written (`report`,
-//! `pictures`, `page`). `workflow` hands the same cases to Snakemake.
+//! The parameters of a [study file](crate::study_file) make cases (`cases`), each of which is one
+//! `dovetail run` in a folder of its own (`folder`, `runner`). The results (`results`) are turned
+//! into orders and errors (`convergence`, `analysis`) and written (`report`, `pictures`, `page`).
+//! `workflow` hands the same cases to Snakemake.
 //!
-//! All numbers are read from the summary.json of the runs: a new one is a line in `quantity`. Cases
-//! share nothing but the cache, and any engine can run one elsewhere. Keys of a study file stand in
-//! `keys`.
+//! All numbers are read from the summary.json of the runs. Cases share nothing but the cache, and
+//! any engine can run one elsewhere.
 
 mod analysis;
 mod cases;
 mod convergence;
-mod error;
-pub(crate) mod file;
 mod folder;
-pub(crate) mod keys;
 mod page;
-mod parameter;
 mod pictures;
-pub(crate) mod quantity;
 mod report;
 mod results;
 mod runner;
@@ -31,17 +25,16 @@ use std::path::{Path, PathBuf};
 use miette::Diagnostic;
 
 pub use self::cases::{Case, cases};
-pub use self::error::StudyError;
-pub use self::file::Study;
 
 use self::analysis::analyse;
 use self::cases::words;
 use self::folder::StudyPlan;
-use self::keys::ParameterKind;
 use self::results::{CaseEnd, CaseResult};
 use crate::commands;
 use crate::reporter::Reporter;
 use crate::scene::{self, SceneFault};
+use crate::study_file::keys::ParameterKind;
+use crate::study_file::{Study, StudyError};
 use dovetail_export::lock::FolderLock;
 use dovetail_export::report::REPORT;
 use dovetail_export::warning::Weight;

@@ -8,14 +8,14 @@ use serde_json::{Value, json};
 
 use super::analysis::{Analysis, ParameterRefinement, Refined};
 use super::convergence::{How, SAME};
-use super::error::StudyError;
 use super::folder::StudyPlan;
-use super::keys::CombinationMode;
-use super::parameter::Parameter;
 use super::pictures::Picture;
-use super::quantity::Figure;
 use super::report::{OF_RUNS, day, remarks};
 use super::results::CaseResult;
+use crate::study_file::error::StudyError;
+use crate::study_file::keys::CombinationMode;
+use crate::study_file::parameter::Parameter;
+use crate::study_file::quantity::Figure;
 use crate::version;
 use dovetail_export::report::REPORT;
 use dovetail_export::report::frame::{self, Frame, card, frame, warnings};

@@ -6,10 +6,10 @@ use std::path::Path;
 use super::analysis::{Analysis, ParameterRefinement};
 use super::cases::slug;
 use super::convergence::How;
-use super::error::StudyError;
-use super::keys::{CombinationMode, ParameterKind};
-use super::parameter::Parameter;
-use super::quantity::Figure;
+use crate::study_file::error::StudyError;
+use crate::study_file::keys::{CombinationMode, ParameterKind};
+use crate::study_file::parameter::Parameter;
+use crate::study_file::quantity::Figure;
 use dovetail_export::create_folder;
 use dovetail_export::plots::{
     Axis, HeatMap, PictureHeading, Scale, Series, write_heat_map, write_series,

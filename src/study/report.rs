@@ -5,10 +5,10 @@ use std::path::Path;
 use serde_json::{Value, json};
 
 use super::analysis::{Analysis, ParameterRefinement};
-use super::error::StudyError;
-use super::parameter::Parameter;
 use super::results::{CaseEnd, CaseFigures, CaseResult};
 use crate::scene_files::hash_of_file;
+use crate::study_file::error::StudyError;
+use crate::study_file::parameter::Parameter;
 use crate::version;
 use dovetail_export::table::{Cell, Columns};
 use dovetail_export::write_json;

@@ -3,11 +3,11 @@
 use std::path::Path;
 
 use super::cases::Case;
-use super::error::StudyError;
-use super::file::Study;
 use super::folder::{CaseRecord, OutcomeRecord, StudyPlan};
-use super::quantity::Figure;
 use crate::exit::ExitStatus;
+use crate::study_file::Study;
+use crate::study_file::error::StudyError;
+use crate::study_file::quantity::Figure;
 use dovetail_export::manifest::{ResponseSummary, RunState, Summary};
 use dovetail_export::read_json;
 use dovetail_solver::run::Stage;
@@ -154,7 +154,7 @@ fn run_figures(study: &Study, summary: &Summary) -> Option<CaseFigures> {
 mod tests {
     use super::*;
     use crate::study::analysis::tests::study;
-    use crate::study::keys::CombinationMode;
+    use crate::study_file::keys::CombinationMode;
     use dovetail_export::manifest::{ObservedPeak, StageSummary};
     use dovetail_export::write_json;
 

@@ -6,11 +6,11 @@ use std::process::{Command, Stdio};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
-use super::error::StudyError;
 use super::folder::{self, CaseRecord, OutcomeRecord, StudyPlan};
 use super::results::CaseEnd;
 use crate::exit::ExitStatus;
 use crate::reporter::Reporter;
+use crate::study_file::error::StudyError;
 use dovetail_export::lock::FolderLock;
 use dovetail_export::write_json;
 

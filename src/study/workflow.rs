@@ -7,11 +7,11 @@ use std::path::{Path, PathBuf};
 
 use serde_json::json;
 
-use super::error::StudyError;
 use super::folder::StudyPlan;
-use super::quantity::BLADE_FREQUENCY;
 use crate::commands::mesh_inputs;
 use crate::scene;
+use crate::study_file::error::StudyError;
+use crate::study_file::quantity::BLADE_FREQUENCY;
 use dovetail_export::{write_file, write_json};
 use dovetail_solver::run::PlannedReduction;
 

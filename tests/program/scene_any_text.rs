@@ -5,7 +5,8 @@ use std::path::Path;
 
 use crate::shared_program::rendered;
 use dovetail::scene;
-use dovetail::study::{Study, cases};
+use dovetail::study::cases;
+use dovetail::study_file::Study;
 use dovetail_solver::dlft::settings::Resolution;
 use dovetail_solver::model::{ExcitationKind, LoadKind, MaterialSpec, MatrixSource};
 use dovetail_testkit::folder::root;

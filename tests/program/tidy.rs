@@ -43,18 +43,19 @@ const PROGRAM: &str = "
     matrix_files:
     listener:
     scene_files: mesh_files
-    mesh_study: scene_files
     console: listener
     error: exit exhaustion motions scene gmsh influence_file matrix_files
+    study_file: exit scene error
+    mesh_study: scene_files study_file
     files: exit metrics version scene_files mesh_study error
     reporter: metrics exhaustion motions error files listener
     store: files reporter
     commands: scene gmsh mesh_files influence_file matrix_files scene_files error files reporter store
-    study: exit metrics version scene scene_files error reporter commands
-    reference: scene study
-    schema: scene study
+    study: exit metrics version scene scene_files error reporter commands study_file
+    reference: scene study_file
+    schema: scene study_file
     cli: exit version terminal exhaustion scene mesh_files error files console reporter commands \
-        study schema
+        study study_file schema
     lib:
     allocator: exhaustion
     main:

@@ -30,7 +30,7 @@ pub struct Study {
     pub fields: bool,
     pub parameters: Vec<Parameter>,
     /// Name and text of the file, for messages about cases.
-    pub(super) file: (String, Arc<str>),
+    pub(crate) file: (String, Arc<str>),
 }
 
 impl Study {
