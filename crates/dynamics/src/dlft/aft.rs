@@ -79,6 +79,11 @@ enum History {
 }
 
 impl PairEnd {
+    /// State at the start of the last period.
+    pub(crate) fn period_start(&self) -> &PairState {
+        &self.last.start
+    }
+
     /// State at the start of the last period of a pair that slides in it, whose force does not depend
     /// on the periods before.
     pub(crate) fn slides_from(&self) -> Option<PairState> {

@@ -8,6 +8,7 @@ use super::aft::{
     PLAIN_PERIODS, PairEnd, contact_force_derivative, contact_forces, contact_forces_near,
     last_period,
 };
+use super::frozen::FrozenContacts;
 use super::pair_signals::{PairInput, Periods, Rounding, Signals};
 use super::retention::{Mean, Retention};
 use super::{PairStatus, StaticState};
@@ -53,6 +54,8 @@ pub struct Setting {
     /// Distance that each pair slides at the middle of the curve where nothing rubs, m; empty where
     /// it is not known.
     pub free_slips_m: Arc<[f64]>,
+    /// Vibration in which the pairs do what they do in the static state.
+    pub(crate) frozen: Arc<FrozenContacts>,
 }
 
 impl Setting {
@@ -77,6 +80,7 @@ impl Setting {
             periods: Periods::UntilPeriodic,
             slip_threshold_m: state.slip_threshold_m(&eps),
             free_slips_m: [].into(),
+            frozen: FrozenContacts::new(&state.linear, &system).into(),
             system,
             inexact,
             fourier,
@@ -327,7 +331,7 @@ impl Balance {
         self.force.len()
     }
 
-    fn law(&self, pair: usize) -> PredictedLaw {
+    pub(crate) fn law(&self, pair: usize) -> PredictedLaw {
         let eps = [0, 1].map(|c| self.eps_at(3 * pair + c));
         self.setting.system.problem.laws[pair].predicted(eps, self.most_friction)
     }
@@ -344,18 +348,22 @@ impl Balance {
     }
 
     fn input<'b>(&self, pair: usize, force: &'b [f64]) -> PairInput<'b> {
-        let law = self.law(pair);
-        let tangential = |v: &[f64]| [v[3 * pair + 1], v[3 * pair + 2]];
-        let [x, lambda] =
-            [&self.setting.x_static, &self.setting.lambda_static].map(|v| tangential(v));
         PairInput {
             periods: self.setting.periods,
             force,
-            law,
-            start: law.state_at_rest(x, lambda),
+            law: self.law(pair),
+            start: self.state_at_rest(pair),
             rounding: self.rounding,
             plain_periods: PLAIN_PERIODS,
         }
+    }
+
+    /// State of a pair in the static state.
+    fn state_at_rest(&self, pair: usize) -> PairState {
+        let tangential = |v: &[f64]| [v[3 * pair + 1], v[3 * pair + 2]];
+        let [x, lambda] =
+            [&self.setting.x_static, &self.setting.lambda_static].map(|v| tangential(v));
+        self.law(pair).state_at_rest(x, lambda)
     }
 
     /// Computes y = Lambda v, all harmonics.
@@ -375,6 +383,30 @@ impl Balance {
             *o = self.force[i] - *o + self.eps_at(i) * u[i];
         }
         out
+    }
+
+    /// Time evaluation of one pair.
+    pub(crate) fn evaluate_pair(&self, u: &[f64], pair: usize) -> PairEnd {
+        let (n, fourier) = (self.unknowns_per_block(), &*self.setting.fourier);
+        let mut forces = self.stiffness.apply_rows(3 * pair..3 * pair + 3, u);
+        if let Some(retention) = &self.retention {
+            let mut pull = vec![0.0; n];
+            retention.add_to(&u[..n], &mut pull);
+            (0..3).for_each(|c| forces[c] += pull[3 * pair + c]);
+        }
+        let (width, shares) = (fourier.width(), self.law(pair).shares);
+        let mut prediction = vec![0.0; 3 * width];
+        for h in 0..width {
+            for c in 0..3 {
+                let i = h * n + 3 * pair + c;
+                let lambda_u = self.force[i] - forces[3 * h + c] + self.eps_at(i) * u[i];
+                prediction[c * width + h] = shares[c] * lambda_u;
+            }
+        }
+        let mut signals = Signals::new(fourier.samples());
+        let mut lambda = vec![0.0; 3 * width];
+        let input = self.input(pair, &prediction);
+        contact_forces(fourier, input, &mut signals, &mut lambda)
     }
 
     /// Computes f(U), lambda(U) and the time evaluation of each pair.
@@ -500,6 +532,12 @@ impl Balance {
             *out += self.eps_at(i) * v[i];
         }
         out
+    }
+
+    /// Way from the static state to where the last period of a pair begins, as a force, N.
+    pub(crate) fn slid_from_rest_n(&self, pair: usize, end: &PairEnd) -> [f64; 2] {
+        let rest = self.state_at_rest(pair);
+        [0, 1].map(|c| end.period_start().slid_n[c] - rest.slid_n[c])
     }
 
     /// Distance that a pair slides in a period, m.

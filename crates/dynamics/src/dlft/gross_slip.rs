@@ -75,10 +75,12 @@ fn frictionless_vibration(balance: &Balance) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::dlft::frozen::FrozenContacts;
     use crate::dlft::jacobians::{OMEGA_RAD_S, sample_points};
     use crate::dlft::pair_signals::Periods;
     use crate::dlft::retention::Mean;
     use crate::dlft::{PairStatus, made_up};
+    use crate::problem::LinearReference;
     use crate::problem::dynamic_stiffness::ContactSystem;
     use crate::problem::inexact::InexactModel;
     use crate::reduced::ReducedModel;
@@ -151,9 +153,11 @@ mod tests {
             }
             problem.reduced =
                 ReducedModel::from_pair_matrices(Mat::identity(n, n), Mat::identity(n, n)).into();
-            let system = ContactSystem::new(&problem, made_up::DAMPING);
+            let system = ContactSystem::new(&problem, made_up::DAMPING).into();
+            let linear = LinearReference::stuck(&problem.reduced);
             let setting = Setting {
-                system: system.into(),
+                frozen: FrozenContacts::new(&linear, &system).into(),
+                system,
                 inexact: InexactModel::unprepared(&problem.reduced).into(),
                 fourier: Fourier::new(1, 4).into(),
                 eps: vec![1.0; n].into(),

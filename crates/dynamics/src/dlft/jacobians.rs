@@ -5,6 +5,7 @@
 use super::PairStatus;
 use super::balance::{Balance, Setting};
 use super::eps::Eps;
+use super::frozen::FrozenContacts;
 use super::newton_krylov::{KrylovSystem, Preconditioner};
 use super::pair_signals::Periods;
 use super::retention::{Mean, Retention};
@@ -14,7 +15,7 @@ use crate::damping::Rayleigh;
 use crate::dlft::settings::EpsChoice;
 use crate::problem::dynamic_stiffness::ContactSystem;
 use crate::problem::inexact::InexactModel;
-use crate::problem::{HarmonicLoad, Problem};
+use crate::problem::{HarmonicLoad, LinearReference, Problem};
 use crate::reduced::{
     Dashpots, DiscExcitation, Influence, InfluenceCoefficient, Load, ObservedPoint, ReducedModel,
     Waves,
@@ -294,8 +295,11 @@ fn points(has_waves: bool) -> Vec<(String, Balance, Vec<f64>)> {
         let retention = Arc::new(Retention::new(&problem.reduced.stiffness, &eps));
         assert!(retention.is_needed());
         let width = fourier.width();
+        let linear = LinearReference::new(&problem, &[OPEN_AT_REST]);
+        let system = Arc::new(system);
         let setting = Setting {
-            system: system.into(),
+            frozen: FrozenContacts::new(&linear, &system).into(),
+            system,
             inexact: inexact.into(),
             fourier: fourier.into(),
             eps: eps.as_slice().into(),
@@ -413,5 +417,19 @@ fn corrections_of_the_newton_krylov_method_solve_with_the_jacobian_by_difference
         system.residual(u, &mut vec![0.0; u.len()]);
         system.linearise(u);
         assert_solves(&mut system, differences(balance, u), [1e-6, 1e-4], what);
+    }
+}
+
+/// A pair that is evaluated without the others does what it does among them.
+#[test]
+fn a_pair_by_itself_is_as_in_the_evaluation_of_all() {
+    for (what, balance, u) in &sample_points_of_waves_too() {
+        for (pair, end) in balance.evaluate(u).ends.iter().enumerate() {
+            let own = balance.evaluate_pair(u, pair);
+            assert_eq!(own.open_samples, end.open_samples, "{what}: {pair}");
+            assert_eq!(own.always_stuck, end.always_stuck, "{what}: {pair}");
+            let off = (own.slid_n - end.slid_n).abs();
+            assert!(off <= 1e-9 * end.slid_n, "{what}: {pair}: {off:e}");
+        }
     }
 }

@@ -586,6 +586,7 @@ pub mod dense;
 mod derivative_rows;
 pub mod eps;
 mod figure_errors;
+mod frozen;
 mod gross_slip;
 #[cfg(test)]
 pub(crate) mod jacobians;

@@ -235,7 +235,7 @@ fn refined(coefficients: &[f64], start: f64) -> f64 {
 }
 
 /// Complex loads on the modes of harmonic k: `cosine - i sine`.
-fn modal_load(system: &ContactSystem, k: usize, omega: f64) -> Vec<c64> {
+pub(super) fn modal_load(system: &ContactSystem, k: usize, omega: f64) -> Vec<c64> {
     let modes = system.problem.reduced.harmonic_model(k).model.omega2.len();
     let mut out = vec![c64::new(0.0, 0.0); modes];
     let loads = system.problem.excitations.iter();

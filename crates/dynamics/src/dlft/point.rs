@@ -1,7 +1,8 @@
 //! Solution of one frequency by strategies, tried from the cheapest to the dearest.
 //!
-//! A frequency is started from its neighbour and from the static state, by Newton-GMRES with
-//! accurate and then with loose linear solves. From the static state the excited harmonics come first,
+//! Where frozen contacts bear the vibration, it is known at once. Elsewhere a frequency is started from
+//! its neighbour and from the static state, by Newton-GMRES with accurate and then with loose linear
+//! solves. From the static state the excited harmonics come first,
 //! and their motion is the start for all. If that fails, it is approached by smaller steps in
 //! frequency, with a growing force, and by the dense dogleg. For few unknowns the Jacobian is
 //! factored instead, which copes with more kinks. Each strategy is tried on the balance with the
@@ -9,8 +10,8 @@
 //! one where the pairs that stick hold every motion that nothing else holds, and otherwise the
 //! retained one, whichever way it was found.
 //!
-//! - `strategy` names the ways and the methods. `friction_path` and `rounded_path` are ways of several
-//!   balances.
+//! - `strategy` names the ways and the methods. `frozen` is the one without iterations, `mean_step` has
+//!   the steps of its mean. `friction_path` and `rounded_path` are ways of several balances.
 //! - `neighbour` is the motion that a frequency starts from, `solution` its result.
 //! - `mean` decides between the two balances, `truncation` finds the change by further harmonics.
 
@@ -29,7 +30,9 @@ use std::f64::consts::TAU;
 use std::sync::Arc;
 
 mod friction_path;
+mod frozen;
 mod mean;
+mod mean_step;
 mod neighbour;
 mod rounded_path;
 mod solution;
@@ -165,11 +168,10 @@ impl<'a> FrequencySolver<'a> {
             {
                 break;
             }
-            (self.tell)(SweepProgress::Tries(Attempt {
-                frequency_hz,
-                harmonics: self.setting.fourier.harmonics(),
-                strategy: &strategy.to_string(),
-            }));
+            // Whether contacts may be frozen takes no time to see.
+            if !matches!(strategy, Strategy::Frozen(_)) {
+                self.tell_of(frequency_hz, strategy);
+            }
             // Rounded pairs creep under any force, so that they find the mean only where it is
             // retained.
             let creeps = matches!(strategy, Strategy::InSharpness) && self.retention().is_some();
@@ -211,6 +213,14 @@ impl<'a> FrequencySolver<'a> {
         best
     }
 
+    fn tell_of(&self, frequency_hz: f64, strategy: Strategy) {
+        (self.tell)(SweepProgress::Tries(Attempt {
+            frequency_hz,
+            harmonics: self.setting.fourier.harmonics(),
+            strategy: &strategy.to_string(),
+        }));
+    }
+
     fn budget_exhausted(&self, work: &SolverWork) -> bool {
         work.newton_iterations >= MOST_ATTEMPTS * self.newton.max_iterations
             || work.krylov_iterations >= MOST_KRYLOV_ITERATIONS
@@ -218,7 +228,9 @@ impl<'a> FrequencySolver<'a> {
     }
 
     fn strategies(&self, frequency_hz: f64) -> Vec<Strategy> {
-        use Strategy::{FromNeighbour, FromRest, InForce, InFrequency, InFriction, InSharpness};
+        use Strategy::{
+            FromNeighbour, FromRest, Frozen, InForce, InFrequency, InFriction, InSharpness,
+        };
         let [from_high, from_low] = [(10.0, 10.0), (0.5, 4.0)]
             .map(|(from, growth)| InFriction(GrowingFriction { from, growth }));
         let steps = [InFrequency(2), InFrequency(4), InForce(4), InForce(8)];
@@ -226,15 +238,18 @@ impl<'a> FrequencySolver<'a> {
         let directly = |method| [FromNeighbour(method), FromRest(method)];
         let dogleg = directly(Method::Dogleg);
         if self.solver == Solver::Powell {
-            return dogleg
-                .into_iter()
+            return std::iter::once(Frozen(Method::Dogleg))
+                .chain(dogleg)
                 .chain([from_high, from_low])
                 .chain(steps)
                 .chain(small_steps)
                 .collect();
         }
         if self.excitation_exceeds_preload(frequency_hz) {
-            return directly(self.stepping()).to_vec();
+            let directly = directly(self.stepping()).into_iter();
+            return std::iter::once(Frozen(self.stepping()))
+                .chain(directly)
+                .collect();
         }
         let (first, second) = if self.unknowns() <= MOST_EXACT_UNKNOWNS {
             (Method::Exact, None)
@@ -244,9 +259,8 @@ impl<'a> FrequencySolver<'a> {
         };
         let is_small = self.unknowns() <= MOST_DENSE_UNKNOWNS;
         let in_gross_slip = slides_past(&self.setting, &self.setting.free_slips_m) > GROSS_SLIP;
-        in_gross_slip
-            .then_some(InSharpness)
-            .into_iter()
+        std::iter::once(Frozen(self.stepping()))
+            .chain(in_gross_slip.then_some(InSharpness))
             .chain(directly(first))
             // Costs nothing below that coefficient. Above it pairs that slide seize or lift off, so
             // that no motion is near the static state.
@@ -311,6 +325,10 @@ impl<'a> FrequencySolver<'a> {
                     Method::Exact | Method::Dogleg => self.static_start(),
                 };
                 Some(self.iterate(balance, start, method, self.newton, work))
+            }
+            Strategy::Frozen(method) => {
+                let balance = self.balance(frequency_hz, mean)?;
+                self.solve_frozen(frequency_hz, balance, method, last, work)
             }
             Strategy::InFrequency(steps) => {
                 let last = last?;

@@ -243,10 +243,10 @@ impl<'a> SweepSolvers<'a> {
         let (newton, solver) = (settings.newton, settings.solver);
         let holding = Holding::new(problem).into();
         let lowest = FrequencySolver::new(setting, newton, solver, holding, tell);
-        let linear = static_state.linear.problem(problem, damping);
+        let linear = lowest.setting.frozen.on_modes().clone();
         let earlier = earlier.iter();
         Self {
-            linear: ContactSystem::new(&linear, damping),
+            linear,
             refinement: Refinement::new(&lowest, &levels, settings.resolution).into(),
             earlier: earlier.map(|solved| (solved.place(), solved)).collect(),
             slip_threshold_m,

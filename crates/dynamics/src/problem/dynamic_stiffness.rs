@@ -302,6 +302,8 @@ fn combine(c: &Coefficients, k: [&[f64]; 2], m: [&[f64]; 2], p: [&[f64]; 2], out
 struct Product<'c> {
     of: HarmonicModel<'c>,
     harmonics: &'c [&'c Coefficients],
+    /// Rows of the product that are computed, of the unknowns of the sector.
+    rows: Range<usize>,
 }
 
 impl Product<'_> {
@@ -319,22 +321,26 @@ impl Product<'_> {
         self.combined(&v[n..], [&stiff[n..], &inert], &mut y[n..]);
     }
 
-    /// Computes [Lambda X, ...] on the unknowns of the sector, n, for cosine and sine of each harmonic
-    /// on those of the model, N.
+    /// Computes the rows of [Lambda X, ...] for cosine and sine of each harmonic on the unknowns of the
+    /// model, N.
     fn apply_harmonics(&self, v: &[f64], y: &mut [f64]) {
-        let n = self.of.unknowns();
-        let [stiffness, mass] =
-            [&self.of.model.stiffness, &self.of.model.mass].map(|a| a.subrows(0, n));
+        let model = self.of.model;
+        let [stiffness, mass] = [&model.stiffness, &model.mass].map(|a| self.of_rows(a));
         let (stiff, inert) = rayon::join(|| times(stiffness, v), || times(mass, v));
         self.combined(v, [&stiff, &inert], y);
     }
 
-    /// Adds what the stuck modes do to `s K v - z M v`, from K v and M v.
+    /// Rows of a matrix.
+    fn of_rows<'m>(&self, a: &'m Mat<f64>) -> MatRef<'m, f64> {
+        a.subrows(self.rows.start, self.rows.len())
+    }
+
+    /// Adds what the stuck modes do to `s K v - z M v`, from the rows of K v and M v.
     fn combined(&self, v: &[f64], [stiff, inert]: [&[f64]; 2], y: &mut [f64]) {
         let ReducedModel {
             coupling, dashpots, ..
         } = self.of.model;
-        let (n, modes) = (self.of.unknowns(), coupling.ncols());
+        let (n, modes) = (self.rows.len(), coupling.ncols());
         let mut modal = vec![0.0; 2 * self.harmonics.len() * n];
         if modes > 0 || dashpots.count() > 0 {
             let mut amplitudes = times(coupling.transpose(), v);
@@ -356,10 +362,10 @@ impl Product<'_> {
                 both.for_each(|(a, b)| *a += b);
             }
             if modes > 0 {
-                modal = times(coupling.subrows(0, n), &amplitudes);
+                modal = times(self.of_rows(coupling), &amplitudes);
             }
             if let Some([_, on_dashpots]) = &held {
-                let on_pairs = times(dashpots.on_x.subrows(0, n), on_dashpots);
+                let on_pairs = times(self.of_rows(&dashpots.on_x), on_dashpots);
                 modal.iter_mut().zip(on_pairs).for_each(|(a, b)| *a += b);
             }
         }
@@ -476,6 +482,7 @@ impl HarmonicStiffness {
         let product = Product {
             of: mean,
             harmonics: &coefficients,
+            rows: 0..n,
         };
         if waves.is_empty() {
             product.apply_with_mean(v, y);
@@ -497,9 +504,34 @@ impl HarmonicStiffness {
             let product = Product {
                 of,
                 harmonics: &[&self.harmonics[k - 1]],
+                rows: 0..n,
             };
             product.apply_harmonics(&both, &mut y[c * n..(s + 1) * n]);
         }
+    }
+
+    /// Rows of [`HarmonicStiffness::apply`], block by block. Harmonics that do not move cost nothing.
+    pub(crate) fn apply_rows(&self, rows: Range<usize>, v: &[f64]) -> Vec<f64> {
+        let (n, count) = (self.unknowns(), rows.len());
+        let mut y = vec![0.0; v.len() / n * count];
+        let stiffness = self.reduced.stiffness.subrows(rows.start, count);
+        y[..count].copy_from_slice(&times(stiffness, &v[..n]));
+        for (k, coefficients) in (1..).zip(&self.harmonics) {
+            let [c, s] = [cosine(k), sine(k)];
+            if v[c * n..(s + 1) * n].iter().all(|v| *v == 0.0) {
+                continue;
+            }
+            let of = self.model(k);
+            let parts = [c, s].map(|block| &v[block * n..(block + 1) * n]);
+            let product = Product {
+                of,
+                harmonics: &[coefficients],
+                rows: rows.clone(),
+            };
+            let both = of.widened_parts(parts).concat();
+            product.apply_harmonics(&both, &mut y[c * count..(s + 1) * count]);
+        }
+        y
     }
 
     /// Diagonal of Lambda of harmonic k (1..H), without forming the rest.

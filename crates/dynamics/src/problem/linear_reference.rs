@@ -17,6 +17,7 @@
 //! changes a lightly damped motion in the second order.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use faer::{Mat, MatRef, c64};
 
@@ -37,7 +38,7 @@ pub struct LinearReference {
     /// Reason why open pairs are held like the others; `None` where they are released.
     pub not_released: Option<String>,
     /// Modes with pairs released; `None` where all pairs stick, and the modes are the stuck ones.
-    released: Option<ReleasedModes>,
+    released: Option<Arc<ReleasedModes>>,
     /// References of the waves round a disc, each about both copies of the sector, by their nodal
     /// diameter.
     waves: BTreeMap<usize, LinearReference>,
@@ -94,11 +95,11 @@ impl LinearReference {
         }
         match modes(reduced, rows) {
             Ok((Modes { omega2, vectors }, with_mass)) => Self {
-                released: Some(ReleasedModes {
+                released: Some(Arc::new(ReleasedModes {
                     rows: rows.iter().map(|(row, _)| *row).collect(),
                     bodies_omega2: subtract_springs(&omega2, &vectors, rows),
                     vectors,
-                }),
+                })),
                 omega2,
                 with_mass,
                 not_released: None,
@@ -168,21 +169,45 @@ impl LinearReference {
             reduced.harmonic_model(1),
         );
         let first = mode * on.copies();
-        let mut x = vec![c64::ZERO; on.unknowns()];
-        let mut q = vec![c64::ZERO; on.model.omega2.len()];
-        let Some(ReleasedModes { rows, vectors, .. }) = &of.released else {
-            for (mode, share) in on.moving_together(first) {
-                q[mode] = share;
-            }
-            return (x, q);
-        };
+        let mut shares = vec![c64::ZERO; of.omega2.len()];
         let wave_model = of.model(on, problem, Rayleigh::NONE);
         let wave = HarmonicModel {
             model: &wave_model,
             ..on
         };
         for (mode, share) in wave.moving_together(first) {
-            let (on_rows, on_modes) = vectors.col_as_slice(mode).split_at(rows.len());
+            shares[mode] = share;
+        }
+        of.motion(on, &shares)
+    }
+
+    /// Relative displacements of the pairs in harmonic `k`, complex amplitudes, where `shares` are
+    /// those of the modes that the reference has in that harmonic.
+    pub(crate) fn displacements(
+        &self,
+        reduced: &ReducedModel,
+        k: usize,
+        shares: &[c64],
+    ) -> Vec<c64> {
+        let of = self.harmonic_reference(reduced, k);
+        of.motion(reduced.harmonic_model(k), shares).0
+    }
+
+    /// Complex amplitudes X of the relative displacements and those of the stuck modes, from those of
+    /// the modes of this reference, which moves by `on`.
+    fn motion(&self, on: HarmonicModel<'_>, shares: &[c64]) -> (Vec<c64>, Vec<c64>) {
+        let mut x = vec![c64::ZERO; on.unknowns()];
+        let Some(released) = &self.released else {
+            return (x, shares.to_vec());
+        };
+        let ReleasedModes { rows, vectors, .. } = &**released;
+        let mut q = vec![c64::ZERO; on.model.omega2.len()];
+        for (share, mode) in shares.iter().zip(vectors.col_iter()) {
+            if *share == c64::ZERO {
+                continue;
+            }
+            let column = mode.try_as_col_major().expect("columns are stored whole");
+            let (on_rows, on_modes) = column.as_slice().split_at(rows.len());
             let of_sector = rows
                 .iter()
                 .zip(on_rows)
@@ -282,9 +307,10 @@ impl LinearReference {
     /// Converts weights of the relative displacements and of the stuck modes, for a load or an
     /// observation, to weights of each mode.
     fn shares(&self, on_x: &[f64], on_modes: &[f64]) -> Vec<f64> {
-        let Some(ReleasedModes { rows, vectors, .. }) = &self.released else {
+        let Some(released) = &self.released else {
             return on_modes.to_vec();
         };
+        let ReleasedModes { rows, vectors, .. } = &**released;
         let on_open = rows.iter().map(|i| on_x[*i]);
         let loads: Vec<f64> = on_open.chain(on_modes.iter().copied()).collect();
         let column = MatRef::from_column_major_slice(&loads, loads.len(), 1);

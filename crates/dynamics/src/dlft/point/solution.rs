@@ -13,6 +13,8 @@ pub(crate) struct SolverWork {
     pub residuals: Vec<Vec<f64>>,
     /// Preconditioner of the linear solves.
     pub preconditioner: Preconditioner,
+    /// Pair that could not bear the last vibration with frozen contacts.
+    pub(super) violating_pair: Option<usize>,
     /// Time at which the frequency is given up.
     pub deadline: Deadline,
     /// Work on the finer balance that errors are estimated with, and on the one that judges it; each

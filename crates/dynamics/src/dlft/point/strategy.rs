@@ -8,6 +8,9 @@ use crate::dlft::settings::Solver;
 pub(super) enum Strategy {
     /// Start from the neighbour, as it is and continued.
     FromNeighbour(Method),
+    /// Start from the vibration with frozen contacts ([`crate::dlft::frozen`]), where no condition of
+    /// contact is violated.
+    Frozen(Method),
     /// Start from the static state without vibration.
     FromRest(Method),
     /// Steps in frequency from the neighbour.
@@ -56,6 +59,7 @@ impl std::fmt::Display for Strategy {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::FromNeighbour(method) => write!(f, "from the neighbour{method}"),
+            Self::Frozen(method) => write!(f, "with frozen contacts{method}"),
             Self::FromRest(method) => write!(f, "from the static state{method}"),
             Self::InFrequency(steps) => {
                 write!(f, "from the neighbour in {steps} steps of frequency")
