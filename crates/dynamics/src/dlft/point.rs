@@ -1,14 +1,13 @@
 //! Solution of one frequency by strategies, tried from the cheapest to the dearest.
 //!
-//! Where frozen contacts bear the vibration, it is known at once. Elsewhere a frequency is started from
-//! its neighbour and from the static state, by Newton-GMRES with accurate and then with loose linear
-//! solves. From the static state the excited harmonics come first,
-//! and their motion is the start for all. If that fails, it is approached by smaller steps in
-//! frequency, with a growing force, and by the dense dogleg. For few unknowns the Jacobian is
-//! factored instead, which copes with more kinks. Each strategy is tried on the balance with the
-//! mean free and on the one with the mean retained ([`super::retention`]). The answer is the free
-//! one where the pairs that stick hold every motion that nothing else holds, and otherwise the
-//! retained one, whichever way it was found.
+//! Where frozen contacts bear the vibration, it is known at once. Elsewhere a frequency is started
+//! from its neighbour and from the static state, by Newton-GMRES with accurate and then with loose
+//! linear solves. From the static state the excited harmonics come first, and their motion is the
+//! start for all. If that fails, it is approached by smaller steps in frequency, with a growing
+//! force, and by the dense dogleg. For few unknowns the Jacobian is factored instead, which copes
+//! with more kinks. Each strategy is tried on the balance with the mean free and on the one with the
+//! mean retained ([`super::retention`]). The answer is the free one where the pairs that stick hold
+//! every motion that nothing else holds, and otherwise the retained one, whichever way it was found.
 //!
 //! - `strategy` names the ways and the methods. `frozen` is the one without iterations, `mean_step` has
 //!   the steps of its mean. `friction_path` and `rounded_path` are ways of several balances.
@@ -177,6 +176,9 @@ impl<'a> FrequencySolver<'a> {
             let creeps = matches!(strategy, Strategy::InSharpness) && self.retention().is_some();
             let means = if creeps && means.len() > 1 {
                 &[Mean::Retained, Mean::Free]
+            } else if matches!(strategy, Strategy::Frozen(_)) {
+                // What violates a condition of contact about one mean does so about the other.
+                &means[..1]
             } else {
                 means
             };

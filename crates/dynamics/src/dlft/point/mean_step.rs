@@ -2,8 +2,8 @@
 //! pairs shake down.
 //!
 //! A pair slides from where it is at rest as far as it has to. Where Newton's equations would have it
-//! slide back, it stays where it is at rest, and the others bear what it does not. Which pairs these
-//! are follows from the equations, as in a linear complementarity problem.
+//! slide back, it stays where it is at rest, and the others bear the rest. Which pairs these are
+//! follows from the equations, as in a linear complementarity problem.
 //!
 //! Bodies may be free to move while all their pairs slide: a wedge between two platforms turns. Newton's
 //! equations then have a solution only where some of these pairs stay at rest. A weak spring on all
@@ -24,7 +24,8 @@ const SPRING_FORCE: f64 = 1e-5;
 /// Most times that a pair turns between sliding and rest on the way to a step.
 const MOST_TURNS: usize = 3;
 
-/// Newton step of the mean of U, n entries, in which no pair slides back; `None` where there is none.
+/// Newton step of the mean of U, n entries, in which no pair slides back; `None` where the equations are
+/// singular.
 pub(super) fn mean_step(balance: &Balance, evaluation: &Evaluation) -> Option<Vec<f64>> {
     let mut equations = MeanEquations::new(balance, evaluation);
     let touching = equations.pairs.clone();

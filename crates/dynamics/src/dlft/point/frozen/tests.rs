@@ -1,4 +1,4 @@
-//! Motions with frozen contacts on made-up models, beside linear systems that are solved here.
+//! Motions with frozen contacts on made-up models, compared with linear systems that are solved here.
 
 use crate::contact::PairLaw;
 use crate::contact::penalty::PairStiffness;
@@ -44,7 +44,7 @@ impl Wedge {
             [[0.0, -slope, -slope], [1.0, 0.0, 0.0], [0.0, -slope, slope]],
         ];
         let size = ON_PAIRS + ON_BLADES;
-        // Displacement of each end of both rods: that of its blade, and of its pair.
+        // An end of a rod moves as its blade does, and as its pair does besides.
         let ends = [0, 1, 2, 3].map(|end| {
             let mut motion = Mat::<f64>::zeros(3, size);
             for i in 0..3 {
@@ -65,9 +65,9 @@ impl Wedge {
                 stiffness += row.transpose() * row * faer::Scale(n_m);
             }
         };
-        for end in 0..4 {
-            let blade = if end < 2 { 1.5e5 } else { 1.55e5 };
-            join(&on_blade[end], [2e6, blade, 2.5e6]);
+        for (end, motion) in on_blade.iter().enumerate() {
+            let along_y = if end < 2 { 1.5e5 } else { 1.55e5 };
+            join(motion, [2e6, along_y, 2.5e6]);
         }
         for side in [0, 2] {
             join(&(&on_blade[side] - &on_blade[side + 1]), [1e7; 3]);
@@ -309,7 +309,7 @@ fn pairs_that_nearly_open_or_close_move_as_the_linear_system_and_others_do_not()
     for stop in [None, springs] {
         let far = TwoMasses { stop, ..far };
         let [x, force] = far.linear_amplitudes();
-        // Share of the pressing force that the stop bears, beside the springs of the masses; with the
+        // Share of the pressing force that the stop bears and the springs of the masses do not; with the
         // first mass displaced by the spring between them.
         let borne = match stop {
             None => 1.0,
