@@ -1,10 +1,9 @@
 //! Vibration about the static state with the contacts frozen: closed pairs stick, open pairs stay open.
 //! It is linear. Where it violates no condition of contact at any instant, it is the motion itself.
 
-use super::orbit::modal_load;
 use crate::problem::LinearReference;
 use crate::problem::dynamic_stiffness::ContactSystem;
-use dovetail_numerics::spectrum::blocks;
+use dovetail_numerics::spectrum::{blocks, cosine, sine};
 use std::collections::BTreeSet;
 use std::sync::{Arc, OnceLock};
 
@@ -35,15 +34,18 @@ impl FrozenContacts {
 
     /// Relative displacements of the vibration at `omega` rad/s, m: (2H+1) n, zero in the mean.
     pub(crate) fn vibration(&self, omega: f64, harmonics: usize) -> Vec<f64> {
-        let mut u = vec![0.0; blocks(harmonics) * self.system.unknowns()];
+        let n = self.system.unknowns();
+        let mut u = vec![0.0; blocks(harmonics) * n];
         let modes = self.on_modes();
         let excited = modes.problem.excitations.iter().map(|load| load.harmonic);
         let excited: BTreeSet<usize> = excited.filter(|k| (1..=harmonics).contains(k)).collect();
         for k in excited {
-            let shares = modes.modal_response(k, omega, &[], &modal_load(modes, k, omega));
+            let shares = modes.modal_response(k, omega, &[], &modes.modal_load(k, omega));
             let reduced = &self.system.problem.reduced;
             let x = self.reference.displacements(reduced, k, &shares);
-            super::balance::add_harmonic(&mut u, k, &x);
+            for (i, x) in x.iter().enumerate() {
+                (u[cosine(k) * n + i], u[sine(k) * n + i]) = (x.re, -x.im);
+            }
         }
         u
     }

@@ -146,7 +146,7 @@ fn amplitudes_m(
 /// Complex amplitude of the first harmonic of each observed displacement of U, m.
 pub(crate) fn first_harmonics(system: &ContactSystem, u: &[f64], omega: f64) -> Vec<c64> {
     let x = complex_block(u, system.unknowns(), 1);
-    let q = system.modal_response(1, omega, &x, &modal_load(system, 1, omega));
+    let q = system.modal_response(1, omega, &x, &system.modal_load(1, omega));
     let of = system.problem.reduced.harmonic_model(1);
     let x = of.widened(&x);
     let observed = of.observations().iter();
@@ -234,21 +234,6 @@ fn refined(coefficients: &[f64], start: f64) -> f64 {
     departure(coefficients, c64::cis(t))[0]
 }
 
-/// Complex loads on the modes of harmonic k: `cosine - i sine`.
-pub(super) fn modal_load(system: &ContactSystem, k: usize, omega: f64) -> Vec<c64> {
-    let modes = system.problem.reduced.harmonic_model(k).model.omega2.len();
-    let mut out = vec![c64::new(0.0, 0.0); modes];
-    let loads = system.problem.excitations.iter();
-    for load in loads.filter(|load| load.harmonic == k) {
-        let factor = load.factor(omega);
-        let parts = load.cosine.on_modes.iter().zip(&load.sine.on_modes);
-        for (o, (c, s)) in out.iter_mut().zip(parts) {
-            *o += factor * c64::new(*c, -*s);
-        }
-    }
-    out
-}
-
 /// Complex amplitudes of harmonic k (k >= 1) of a harmonic-major vector of block length n.
 pub(super) fn complex_block(v: &[f64], n: usize, k: usize) -> Vec<c64> {
     let [c, s] = [cosine(k), sine(k)].map(|block| &v[block * n..(block + 1) * n]);
@@ -259,7 +244,7 @@ pub(super) fn complex_block(v: &[f64], n: usize, k: usize) -> Vec<c64> {
 /// [most modes](crate::reduced::ReducedModel::most_modes) that any harmonic has.
 fn modal_amplitudes(system: &ContactSystem, harmonics: usize, omega: f64, u: &[f64]) -> Vec<f64> {
     modal_amplitudes_by(system, harmonics, u, |k, x| {
-        system.modal_response(k, omega, x, &modal_load(system, k, omega))
+        system.modal_response(k, omega, x, &system.modal_load(k, omega))
     })
 }
 

@@ -233,6 +233,21 @@ impl ContactSystem {
         load
     }
 
+    /// Complex loads of the excitations on the modes of harmonic `k`: `cosine - i sine`.
+    pub(crate) fn modal_load(&self, k: usize, omega: f64) -> Vec<c64> {
+        let modes = self.problem.reduced.harmonic_model(k).model.omega2.len();
+        let mut out = vec![c64::ZERO; modes];
+        let loads = self.problem.excitations.iter();
+        for load in loads.filter(|load| load.harmonic == k) {
+            let factor = load.factor(omega);
+            let parts = load.cosine.on_modes.iter().zip(&load.sine.on_modes);
+            for (o, (c, s)) in out.iter_mut().zip(parts) {
+                *o += factor * c64::new(*c, -*s);
+            }
+        }
+        out
+    }
+
     /// Amplitudes of the stuck modes at harmonic `k` under X and a modal load.
     pub fn modal_response(&self, k: usize, omega: f64, x: &[c64], on_modes: &[c64]) -> Vec<c64> {
         let eliminated = self.eliminated(k, omega);
