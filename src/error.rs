@@ -335,9 +335,9 @@ fn remedy(error: &run::Error) -> Option<&'static str> {
             not_held,
             ..
         } if unconverged == not_held => {
-            "the warnings say at how many frequencies the bodies come apart or slide too far, and what \
-             to change: the excitation is too large for the steady load that presses the flanks \
-             together (check the units of force_n and of the loads)"
+            "the warnings say at which frequencies the bodies would come apart, slide too far or are held \
+             by nothing, and what to change: less excitation, or more of the steady load that presses \
+             the flanks together (check the units of force_n and of the loads)"
         }
         run::Error::NotConverged { .. } => {
             "they are marked in the column `outcome` of response.csv; those without a motion are \

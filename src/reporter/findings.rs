@@ -5,7 +5,7 @@ use super::line::ReportLine;
 use super::mistakes::key_of_sides;
 use crate::motions::retained_words;
 use dovetail_export::warning::{LARGE_ERROR, Warning, accuracy_warning, remark, wrong};
-use dovetail_export::words::{counted, percent, quantity};
+use dovetail_export::words::{counted, figure, percent, quantity};
 use dovetail_solver::contact::PairLaw;
 use dovetail_solver::dlft::branch::folds;
 use dovetail_solver::dlft::peaks::LEAST_RISE;
@@ -400,7 +400,6 @@ fn frequency_warnings(
     keys: &str,
 ) -> Vec<Warning> {
     let mut warnings = Vec::new();
-    let all = response.orbits.len();
     let ended = |outcome: Outcome| {
         response
             .orbits
@@ -408,41 +407,47 @@ fn frequency_warnings(
             .filter(|o| o.outcome == outcome)
             .count()
     };
-    let leaving = ended(Outcome::ExcitationExceedsPreload);
-    if leaving > 0 {
+    if ended(Outcome::NoStaticEquilibrium) > 0 {
         warnings.push(wrong(format!(
-            "at {leaving} of {all} frequencies the bodies would come apart: even applied slowly the excitation pulls harder at the \
-             flanks than the steady load presses them together; excite it less (force_n), or press it harder \
-             (rotation.speed_rpm, [[load]])"
+            "{} no motion was found, and the bodies would come apart: a static test shows that at some instant no contact forces \
+             balance the excitation, applied slowly, and the steady load; excite it less (force_n), or press the flanks harder \
+             (rotation.speed_rpm, [[load]])",
+            places(response, &[Outcome::NoStaticEquilibrium]),
         )));
     }
-    let sliding = ended(Outcome::SlidesTooFar);
-    if sliding > 0 {
+    if FAILED.iter().any(|outcome| ended(*outcome) > 0) {
         warnings.push(wrong(format!(
-            "at {sliding} of {all} frequencies a pair slides farther than {} % of the shorter side of its flank, and the two sides of a \
+            "{} no motion was found (column outcome of response.csv): nothing is known of the response there",
+            places(response, &FAILED),
+        )));
+    }
+    if ended(Outcome::SlidesTooFar) > 0 {
+        warnings.push(wrong(format!(
+            "{} a pair slides farther than {} % of the shorter side of its flank, and the two sides of a \
              pair are assumed to stay opposite each other (outcome slides_too_far of response.csv)",
+            places(response, &[Outcome::SlidesTooFar]),
             100.0 * TOO_FAR,
         )));
     }
-    let free = ended(Outcome::NothingHolds);
-    if free > 0 {
+    if ended(Outcome::NothingHolds) > 0 {
         warnings.push(wrong(format!(
-            "at {free} of {all} frequencies nothing holds the bodies at rest: no pair is in contact in the static state at their speeds; \
-             begin the run-up at a higher speed, or press them together with a [[load]]"
+            "{} nothing holds the bodies at rest: no pair is in contact in the static state at their speeds; \
+             begin the run-up at a higher speed, or press them together with a [[load]]",
+            places(response, &[Outcome::NothingHolds]),
         )));
     }
-    let late = ended(Outcome::TimeLimit);
-    if late > 0 {
+    if ended(Outcome::TimeLimit) > 0 {
         warnings.push(wrong(format!(
-            "{late} of {all} frequencies were given up after response.most_seconds_per_frequency: allow more, or leave the key out"
+            "{} the search for a motion was given up after response.most_seconds_per_frequency: allow more, or leave the key out",
+            places(response, &[Outcome::TimeLimit]),
         )));
     }
-    let inaccurate = ended(Outcome::AccuracyNotReached);
-    if inaccurate > 0 {
+    if ended(Outcome::AccuracyNotReached) > 0 {
         warnings.push(accuracy_warning(format!(
-            "at {inaccurate} of {all} frequencies the error is estimated above the accuracy asked for, and they do not count as converged: \
+            "{} the error is estimated above the accuracy asked for, and they do not count as converged: \
              with more harmonics, at most {}, no motion was found or the estimate did not fall (outcome accuracy_not_reached and column \
              estimated_error of response.csv)",
+            places(response, &[Outcome::AccuracyNotReached]),
             Resolution::MOST_ADAPTED,
         )));
     } else {
@@ -507,6 +512,46 @@ fn are_of_truncation(
     let errors = orbits.iter().filter(within);
     let errors = errors.filter_map(|orbit| orbit.amplitude_error(observation));
     errors.fold(0.0, f64::max) > difference
+}
+
+/// Outcomes of a search for a motion that ended without one and without a reason in the model.
+const FAILED: [Outcome; 4] = [
+    Outcome::Stagnated,
+    Outcome::IterationLimit,
+    Outcome::NotPeriodic,
+    Outcome::NotFinite,
+];
+/// Number of stretches of frequencies that are named.
+const MOST_STRETCHES: usize = 4;
+
+/// Number of the frequencies that ended with one of these outcomes, and where they are: `at 15 of 80
+/// frequencies (450 to 594.304 Hz, 702.532 Hz)`.
+fn places(response: &Response, outcomes: &[Outcome]) -> String {
+    let orbits = &response.orbits;
+    let is_one = |orbit: &Orbit| outcomes.contains(&orbit.outcome);
+    let hz = |orbit: &Orbit| figure(orbit.frequency_hz, 6);
+    let stretches = orbits.chunk_by(|a, b| is_one(a) == is_one(b));
+    let stretches = stretches.filter(|stretch| stretch.first().is_some_and(is_one));
+    let stretches: Vec<String> = stretches
+        .map(|stretch| match stretch {
+            [first, .., last] => format!("{} to {} Hz", hz(first), hz(last)),
+            one => one
+                .iter()
+                .map(|orbit| format!("{} Hz", hz(orbit)))
+                .collect(),
+        })
+        .collect();
+    let named = &stretches[..stretches.len().min(MOST_STRETCHES)];
+    let more = match stretches.len() - named.len() {
+        0 => String::new(),
+        more => format!(", and {more} more"),
+    };
+    format!(
+        "at {} of {} frequencies ({}{more})",
+        orbits.iter().filter(|orbit| is_one(orbit)).count(),
+        orbits.len(),
+        named.join(", "),
+    )
 }
 
 /// Warning that a curve has gaps.
@@ -678,6 +723,30 @@ mod tests {
             two.contains("2 gaps, the first from 10.0000 to 20.0000 Hz"),
             "{two}"
         );
+    }
+
+    #[test]
+    fn frequencies_that_failed_are_counted_and_named() {
+        let orbit = |(i, fails): (usize, char)| {
+            let outcome = match fails {
+                'x' => Outcome::IterationLimit,
+                _ => Outcome::Converged,
+            };
+            Orbit::motionless(10.0 * (i + 1) as f64, outcome)
+        };
+        let told = |ends: &str| {
+            let response = Response {
+                orbits: ends.chars().enumerate().map(orbit).collect(),
+                ..Response::default()
+            };
+            places(&response, &FAILED)
+        };
+        assert_eq!(
+            told("xx..x"),
+            "at 3 of 5 frequencies (10.0000 to 20.0000 Hz, 50.0000 Hz)"
+        );
+        let many = told("x.x.x.x.x.x");
+        assert!(many.ends_with("70.0000 Hz, and 2 more)"), "{many}");
     }
 
     /// A slide that is larger is refused, and needs no warning.

@@ -54,20 +54,20 @@ pub use figure_errors::{FigureErrors, PairErrors};
 pub enum Outcome {
     /// The balance holds, to the accuracy asked for.
     Converged,
-    /// No step, however small, made progress.
+    /// No motion was found: no step, however small, made progress in the attempt that came closest.
     Stagnated,
-    /// The allowed Newton iterations were used up.
+    /// No motion was found: the allowed Newton iterations were used up in the attempt that came
+    /// closest.
     IterationLimit,
     /// The contact forces did not become periodic.
     NotPeriodic,
-    /// A number that is not finite came up.
+    /// No motion was found: a number that is not finite came up in the attempt that came closest.
     NotFinite,
     /// The time allowed to a frequency was over.
     TimeLimit,
-    /// No motion was found, and even applied slowly the excitation pulls harder at the flanks than
-    /// the preload presses them together: the bodies would come apart.
-    #[serde(rename = "leaves_slot")]
-    ExcitationExceedsPreload,
+    /// No motion was found, and a static test shows that at some instant no contact forces balance
+    /// the excitation, applied slowly, and the steady load: the bodies would come apart.
+    NoStaticEquilibrium,
     /// The balance holds, but some pair slides so far that its two nodes do not face each other
     /// (`far_slip` of the results).
     SlidesTooFar,
@@ -604,6 +604,7 @@ mod point;
 pub mod retention;
 mod rounded;
 pub mod settings;
+mod slow_excitation;
 pub mod starting_traction;
 pub mod static_state;
 pub mod sweep;

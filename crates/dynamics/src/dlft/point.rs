@@ -100,7 +100,7 @@ impl<'a> FrequencySolver<'a> {
         last: Option<&Neighbour>,
         work: &mut SolverWork,
     ) -> Solution {
-        self.solve_by(&self.strategies(frequency_hz), frequency_hz, last, work)
+        self.solve_by(&self.strategies(), frequency_hz, last, work)
     }
 
     /// Solves one frequency again, from a neighbour on its other side.
@@ -110,7 +110,7 @@ impl<'a> FrequencySolver<'a> {
         neighbour: &Neighbour,
         work: &mut SolverWork,
     ) -> Solution {
-        let mut strategies = self.strategies(frequency_hz);
+        let mut strategies = self.strategies();
         strategies.retain(|strategy| {
             let is_short = matches!(strategy, Strategy::InFrequency(_) | Strategy::InSharpness);
             strategy.is_direct(self.solver) || is_short
@@ -118,31 +118,14 @@ impl<'a> FrequencySolver<'a> {
         self.solve_by(&strategies, frequency_hz, Some(neighbour), work)
     }
 
-    /// Returns `true` if, even applied slowly, the excitation pulls harder at the flanks than the
-    /// preload of the static state presses them together, whether they stick or slide. Sums of the
-    /// pairs' normal forces are compared. Bodies that are held without contact cannot be pulled
-    /// away.
-    pub(crate) fn excitation_exceeds_preload(&self, frequency_hz: f64) -> bool {
+    /// Returns `true` if a static test shows that contact cannot balance the excitation, applied slowly,
+    /// at some instant of the period ([`Holding::excitation_exceeds_contact`]).
+    pub(crate) fn excitation_exceeds_contact(&self, frequency_hz: f64) -> bool {
         let setting = &self.setting;
-        let loads = &setting.system.problem.excitations;
-        let factors = loads.iter().map(|load| load.factor(TAU * frequency_hz));
-        let n = setting.system.unknowns();
-        let stuck_n = factors.clone().zip(loads).map(|(factor, load)| {
-            let parts = load.cosine.on_x.iter().zip(&load.sine.on_x);
-            let parts = parts.take(n).step_by(3);
-            factor * parts.map(|(c, s)| c.hypot(*s)).sum::<f64>()
-        });
-        if stuck_n.sum::<f64>() <= setting.pressing_n || self.holding.is_held_without_contact() {
-            return false;
-        }
-        let sliding_n =
-            factors
-                .zip(self.holding.normal_force_amplitudes())
-                .map(|(factor, pulls)| {
-                    let sizes = pulls.iter().map(|pull| pull.norm());
-                    factor * sizes.sum::<f64>()
-                });
-        sliding_n.sum::<f64>() > setting.pressing_n
+        let loads = setting.system.problem.excitations.iter();
+        let factors: Vec<f64> = loads.map(|load| load.factor(TAU * frequency_hz)).collect();
+        let holding = &self.holding;
+        holding.excitation_exceeds_contact(&setting.lambda_static, &factors)
     }
 
     /// Solves one frequency by the first of these strategies that leads to a motion. One of them begins
@@ -169,6 +152,10 @@ impl<'a> FrequencySolver<'a> {
             }
             // Whether contacts may be frozen takes no time to see.
             if !matches!(strategy, Strategy::Frozen(_)) {
+                let is_direct = strategy.is_direct(self.solver);
+                if !is_direct && self.excitation_exceeds_contact(frequency_hz) {
+                    continue;
+                }
                 self.tell_of(frequency_hz, strategy);
             }
             // Rounded pairs creep under any force, so that they find the mean only where it is
@@ -229,7 +216,7 @@ impl<'a> FrequencySolver<'a> {
             || work.deadline.is_over()
     }
 
-    fn strategies(&self, frequency_hz: f64) -> Vec<Strategy> {
+    fn strategies(&self) -> Vec<Strategy> {
         use Strategy::{
             FromNeighbour, FromRest, Frozen, InForce, InFrequency, InFriction, InSharpness,
         };
@@ -245,12 +232,6 @@ impl<'a> FrequencySolver<'a> {
                 .chain([from_high, from_low])
                 .chain(steps)
                 .chain(small_steps)
-                .collect();
-        }
-        if self.excitation_exceeds_preload(frequency_hz) {
-            let directly = directly(self.stepping()).into_iter();
-            return std::iter::once(Frozen(self.stepping()))
-                .chain(directly)
                 .collect();
         }
         let (first, second) = if self.unknowns() <= MOST_EXACT_UNKNOWNS {

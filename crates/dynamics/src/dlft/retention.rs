@@ -12,14 +12,15 @@
 //! (`Retention::is_blocked_by`). This decides between the two balances, whichever way a solution
 //! was found.
 
+use super::slow_excitation::SlowExcitation;
+use crate::problem::Problem;
 use crate::problem::tangential;
-use crate::problem::{HarmonicLoad, Problem};
 use crate::reduced::{FREE, ReducedModel};
 use dovetail_numerics::dense;
 use dovetail_numerics::dense::parallel;
 use dovetail_numerics::eigen::independent;
 use dovetail_numerics::vector::{axpy, dot, norm};
-use faer::{Mat, c64};
+use faer::Mat;
 use serde::{Deserialize, Serialize};
 use std::sync::{Arc, OnceLock};
 
@@ -55,7 +56,7 @@ pub struct Holding {
     problem: Problem,
     without_contact: OnceLock<bool>,
     along_contacts: OnceLock<Arc<Retention>>,
-    pulls: OnceLock<Vec<Vec<c64>>>,
+    slow_excitation: OnceLock<SlowExcitation>,
 }
 
 impl Holding {
@@ -65,7 +66,7 @@ impl Holding {
             problem: problem.clone(),
             without_contact: OnceLock::new(),
             along_contacts: OnceLock::new(),
-            pulls: OnceLock::new(),
+            slow_excitation: OnceLock::new(),
         }
     }
 
@@ -101,61 +102,37 @@ impl Holding {
         })
     }
 
-    /// Amplitudes of the normal forces of the pairs of the sector under each excitation applied
-    /// slowly, N, where nothing lifts off and nothing rubs: a pair that slides carries no part of
-    /// what acts along the contact. Not finite where nothing at all holds a motion that is excited.
-    pub(crate) fn normal_force_amplitudes(&self) -> &[Vec<c64>] {
-        self.pulls.get_or_init(|| {
-            let reduced = &self.problem.reduced;
-            let mut models: Vec<(Option<usize>, Sliding)> = Vec::new();
-            let of = |load: &HarmonicLoad| {
-                let of = reduced.harmonic_model(load.harmonic);
-                let nodal_diameter = of.wave.map(|wave| wave.nodal_diameter);
-                let known = models.iter().position(|(d, _)| *d == nodal_diameter);
-                let at = known.unwrap_or_else(|| {
-                    models.push((nodal_diameter, Sliding::new(&of.model.stiffness)));
-                    models.len() - 1
-                });
-                let (stiffness, sliding) = (&of.model.stiffness, &models[at].1);
-                let [cosine, sine] =
-                    [&load.cosine, &load.sine].map(|part| sliding.normals(stiffness, &part.on_x));
-                // A wave has the pairs of the sector first, and those of its other copy behind them.
-                let both = cosine.into_iter().zip(sine).take(of.unknowns() / 3);
-                both.map(|(c, s)| c64::new(c, -s)).collect()
-            };
-            self.problem.excitations.iter().map(of).collect()
-        })
+    /// Returns `true` if, at some instant of the period, no contact forces balance the excitations,
+    /// applied slowly with these factors, and the steady load ([`super::slow_excitation`]).
+    /// `lambda_static_n` are the contact forces of the static state, N, n.
+    pub(crate) fn excitation_exceeds_contact(
+        &self,
+        lambda_static_n: &[f64],
+        factors: &[f64],
+    ) -> bool {
+        let problem = &self.problem;
+        let slow = (self.slow_excitation).get_or_init(|| SlowExcitation::new(problem, self));
+        !self.is_held_without_contact() && slow.exceeds_contact(problem, lambda_static_n, factors)
     }
-}
 
-/// Pairs that slide without friction, on the stiffness of the model of a harmonic.
-struct Sliding {
-    /// Tangential unknowns.
-    along: Vec<usize>,
-    /// Factor of the stiffness on them.
-    factor: dense::Lu,
-}
-
-impl Sliding {
-    fn new(stiffness: &Mat<f64>) -> Self {
-        let along = tangential(stiffness.nrows());
-        let count = along.len();
-        let k = Mat::from_fn(count, count, |i, j| stiffness[(along[i], along[j])]);
-        Self {
-            factor: dense::Lu::new(k),
-            along,
+    /// Motions of the sector that nothing holds where all pairs are open, whatever the waves of the
+    /// excitations: orthonormal, in relative displacements.
+    pub(super) fn motions_free_in_all_waves(&self) -> Vec<Vec<f64>> {
+        let reduced = &self.problem.reduced;
+        let mut stiffness = reduced.stiffness.clone();
+        let n = stiffness.nrows();
+        let mut known = vec![None];
+        for load in &self.problem.excitations {
+            let of = reduced.harmonic_model(load.harmonic);
+            let nodal_diameter = of.wave.map(|wave| wave.nodal_diameter);
+            if !known.contains(&nodal_diameter) {
+                known.push(nodal_diameter);
+                let own = &of.model.stiffness;
+                (0..n).for_each(|j| (0..n).for_each(|i| stiffness[(i, j)] += own[(i, j)]));
+            }
         }
-    }
-
-    /// Normal forces of the pairs under forces on all unknowns, N.
-    fn normals(&self, stiffness: &Mat<f64>, on_x: &[f64]) -> Vec<f64> {
-        let mut x: Vec<f64> = self.along.iter().map(|&i| on_x[i]).collect();
-        self.factor.solve_column_in_place(&mut x);
-        let carried = |i: usize| {
-            let by = self.along.iter().zip(&x);
-            on_x[i] - by.map(|(&j, x)| stiffness[(i, j)] * x).sum::<f64>()
-        };
-        (0..on_x.len()).step_by(3).map(carried).collect()
+        let mean_stiffness = (0..n).map(|i| stiffness[(i, i)]).sum::<f64>() / n.max(1) as f64;
+        softer_than(&stiffness, mean_stiffness, FREE)
     }
 }
 
@@ -210,6 +187,11 @@ impl Retention {
             motions: self.motions.clone(),
             stiffness_n_m: fraction * self.stiffness_n_m,
         }
+    }
+
+    /// Orthonormal tangential motions, n entries each.
+    pub(super) fn motions(&self) -> &[Vec<f64>] {
+        &self.motions
     }
 
     /// Stiffness of the spring, N/m.
@@ -356,8 +338,6 @@ fn softest(k: &Mat<f64>, factor: &Mat<f64>, wanted: usize, limit: f64) -> Vec<Ve
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::dlft::balance::apply_real;
-    use crate::problem::dovetail72::dovetail72;
 
     /// Pairs on a line, neighbours tied by springs of 1 N/m in every component, normals grounded,
     /// and `ground` N/m on the first tangential of pair 0.
@@ -390,39 +370,6 @@ mod tests {
             let model = ReducedModel::from_pair_matrices(k, Mat::zeros(24, 24));
             assert_eq!(found.is_indifferent(&model), indifferent, "{spring}");
             assert_eq!(found.softened(0.1).is_indifferent(&model), indifferent);
-        }
-    }
-
-    #[test]
-    fn pulls_are_what_the_normals_carry_where_nothing_rubs() {
-        let mut problem = dovetail72(1.0);
-        let n = problem.reduced.stiffness.nrows();
-        let wave = |seed: f64| (0..n).map(move |i| (seed + 1.7 * i as f64).sin());
-        // A sliding motion and normal forces give the load that they answer to.
-        let mut sought = vec![];
-        for (seed, part) in [(0.3, 0), (1.1, 1)] {
-            let slides = wave(seed).enumerate();
-            let slides: Vec<f64> = slides
-                .map(|(i, x)| if i % 3 == 0 { 0.0 } else { 1e-6 * x })
-                .collect();
-            let mut load = vec![0.0; n];
-            apply_real(&problem.reduced.stiffness, &slides, &mut load);
-            let normals: Vec<f64> = wave(seed + 0.5).step_by(3).collect();
-            for (pair, normal) in normals.iter().enumerate() {
-                load[3 * pair] += normal;
-            }
-            let excitation = &mut problem.excitations[0];
-            let parts = [&mut excitation.cosine, &mut excitation.sine];
-            parts[part].on_x.copy_from_slice(&load);
-            sought.push(normals);
-        }
-        let holding = Holding::new(&problem);
-        let [pulls] = holding.normal_force_amplitudes() else {
-            panic!("one excitation has one list of pulls");
-        };
-        for (pair, pull) in pulls.iter().enumerate() {
-            let exact = c64::new(sought[0][pair], -sought[1][pair]);
-            assert!((pull - exact).norm() < 1e-6, "{pair}: {pull} {exact}");
         }
     }
 

@@ -450,7 +450,7 @@ impl<'a> SweepSolvers<'a> {
         let orbit = &failed.orbit;
         let may_converge = match orbit.outcome {
             Outcome::Converged
-            | Outcome::ExcitationExceedsPreload
+            | Outcome::NoStaticEquilibrium
             | Outcome::SlidesTooFar
             | Outcome::NothingHolds => false,
             Outcome::Stagnated
@@ -510,9 +510,9 @@ impl<'a> SweepSolvers<'a> {
         } else if !outcome.is_converged()
             && refinement
                 .lowest()
-                .excitation_exceeds_preload(at.frequency_hz)
+                .excitation_exceeds_contact(at.frequency_hz)
         {
-            outcome = Outcome::ExcitationExceedsPreload;
+            outcome = Outcome::NoStaticEquilibrium;
         } else if outcome.is_converged() && !resolved.is_accurate {
             outcome = Outcome::AccuracyNotReached;
         }

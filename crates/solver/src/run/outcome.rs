@@ -215,7 +215,7 @@ fn check_all_converged<'a>(responses: impl Iterator<Item = &'a Response>) -> Res
         inaccurate += usize::from(outcome == Outcome::AccuracyNotReached);
         let is_not_held = matches!(
             outcome,
-            Outcome::ExcitationExceedsPreload | Outcome::SlidesTooFar | Outcome::NothingHolds
+            Outcome::NoStaticEquilibrium | Outcome::SlidesTooFar | Outcome::NothingHolds
         );
         not_held += usize::from(is_not_held);
     }

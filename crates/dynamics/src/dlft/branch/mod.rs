@@ -342,7 +342,7 @@ mod tests {
         assert!(
             orbits
                 .iter()
-                .all(|o| o.outcome == Outcome::ExcitationExceedsPreload)
+                .all(|o| o.outcome == Outcome::NoStaticEquilibrium)
         );
         for branch in &response.branches {
             let ends = [branch.points.start, branch.points.end - 1];

@@ -129,7 +129,7 @@ fn of_two_motions_that_miss_the_accuracy_that_with_the_smaller_error_stays() {
 }
 
 #[test]
-fn a_frequency_without_a_motion_leaves_the_slot_where_nothing_holds_the_mass_in_it() {
+fn a_frequency_without_a_motion_names_the_static_test_where_nothing_holds_the_mass() {
     let outcomes = |problem: &Problem, most_seconds: Option<f64>| {
         let change = |settings: &mut SweepSettings| settings.most_seconds = most_seconds;
         let (response, _) = mass_response(problem, 0.1..=0.12, 2, change, &[]);
@@ -147,7 +147,7 @@ fn a_frequency_without_a_motion_leaves_the_slot_where_nothing_holds_the_mass_in_
     problem.reduced_mut().static_load.on_x[0] = -0.05;
     assert_eq!(
         outcomes(&problem, Some(0.0)),
-        [Outcome::ExcitationExceedsPreload; 2]
+        [Outcome::NoStaticEquilibrium; 2]
     );
 }
 
