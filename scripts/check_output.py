@@ -436,6 +436,10 @@ def check_sweep(pairs, total, opening, separates, good, whole):
 
 def check_peak(root, grids, good, converged, pairs, summary):
     """contact.csv against the flanks at the peak; the motion against response.csv."""
+    if summary and summary["response"]["resonance_not_computed_hz"]:
+        same("contact.csv: frequencies of a peak that was not computed",
+             len([r for r in pairs if r["peak_frequency_hz"]]), 0)
+        return
     first = next(k for k in good[0] if k.endswith("_amplitude_m"))
     observation = first[: -len("_amplitude_m")]
     amplitude = column(good, first, "response.csv")

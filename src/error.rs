@@ -59,7 +59,8 @@ pub enum RunError {
     #[diagnostic(
         severity(Warning),
         help(
-            "the warnings say why: response.frequency_hz or response.times_first_linear_mode may have to reach farther"
+            "the warnings say why: response.frequency_hz or response.times_first_linear_mode may have to reach farther, or the motions \
+             may need more response.max_newton_iterations"
         )
     )]
     NoPeaks { missing: usize, values: usize },

@@ -56,6 +56,9 @@ fn one_line(summary: &Summary, peaks: &[NamedPeak<'_>]) -> String {
     };
     let one = |(observed, peak): &NamedPeak<'_>| {
         let unit = observed.quantity.unit();
+        if let Some(words) = peak.not_computed_words() {
+            return Some(format!("{}: {words}; ", observed.name));
+        }
         let (amplitude, [_, hz]) = peak.amplitude_words(unit).zip(peak.place())?;
         let linear = peak.linear_words(unit).zip(peak.linear());
         let linear = linear.map_or(String::new(), |(amplitude, [_, hz])| {
@@ -113,17 +116,19 @@ fn lines(
     }
     for named in peaks {
         let (observed, peak) = named;
-        let Some(own) = peak.place() else { continue };
+        let not_computed = peak.not_computed_words();
         let (linear, unit) = (peak.linear(), observed.quantity.unit());
         let dash = || "–".to_owned();
         let cells = |own: String, linear: Option<String>| match nonlinear {
             None => own,
             Some(_) => format!("{own:<column$}{:<column$}", linear.unwrap_or_else(dash)),
         };
-        let amplitude = peak.amplitude_words(unit).unwrap_or_default();
+        let none = || "not computed".to_owned();
+        let amplitude = peak.amplitude_words(unit).unwrap_or_else(none);
         let amplitudes = cells(amplitude, peak.linear_words(unit));
         let hz = |[_, hz]: [f64; 2]| format!("{} Hz", figure(hz, 6));
-        let frequencies = cells(hz(own), linear.map(hz));
+        let own_hz = |words: &dyn Fn([f64; 2]) -> String| peak.place().map_or_else(dash, words);
+        let frequencies = cells(own_hz(&hz), linear.map(hz));
         let ratio = nonlinear.map(|_| peak.ratio_words().unwrap_or_else(dash));
         let ratio = ratio.unwrap_or_default();
         text += &row(&title(named), &format!("{amplitudes}{ratio}"));
@@ -133,8 +138,9 @@ fn lines(
         text += &row("", frequencies.trim_end());
         if let Some(order) = along {
             let rpm = |[_, hz]: [f64; 2]| format!("{} rpm", figure(order.speed_rpm(hz), 5));
-            text += &row("", cells(rpm(own), linear.map(rpm)).trim_end());
+            text += &row("", cells(own_hz(&rpm), linear.map(rpm)).trim_end());
         }
+        text += &not_computed.map_or(String::new(), |words| row("", &words));
         let states = peak.counts().map(cycle_counts);
         for words in peak.loss_words().into_iter().chain(states) {
             text += &row("", &words);
@@ -268,6 +274,44 @@ mod tests {
         assert!(
             !linear.contains("friction") && !linear.contains("ratio"),
             "{linear}"
+        );
+    }
+
+    #[test]
+    fn a_resonance_that_was_not_computed_has_its_linear_peak_and_no_other() {
+        let peak = ObservedPeak {
+            resonance_not_computed_hz: Some([450.0, 606.3291]),
+            largest_amplitude_m: Some(9e-5),
+            linear_peak_amplitude_m: Some(4.306e-3),
+            linear_peak_frequency_hz: Some(515.331),
+            ..ObservedPeak::default()
+        };
+        let tip = Observed {
+            name: "tip".to_owned(),
+            quantity: ObservedQuantity::Displacement,
+        };
+        let named = [(&tip, &peak)];
+        let told = lines(
+            &Summary::default(),
+            &named,
+            Some("with friction"),
+            Path::new("r"),
+        );
+        let expected = "
+                with friction   linear          ratio
+  peak of tip   not computed    4.306 mm        –
+                –               515.331 Hz
+                the resonance was not computed: no motion is known from 450.000 to 606.329 Hz
+";
+        assert!(told.starts_with(expected), "{told}");
+        let summary = Summary {
+            response: Some(ResponseSummary::default()),
+            ..Summary::default()
+        };
+        let line = one_line(&summary, &named);
+        assert!(
+            line.starts_with("tip: the resonance was not computed: no motion is known from"),
+            "{line}"
         );
     }
 

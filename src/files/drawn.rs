@@ -12,7 +12,7 @@ use dovetail_export::words::capital;
 use dovetail_export::{csv, flank, manifest, vtu};
 use dovetail_solver::problem::Problem;
 use dovetail_solver::results::fretting::fretting;
-use dovetail_solver::results::quantities::peak;
+use dovetail_solver::results::peak::peak;
 use dovetail_solver::results::recovery::NodalField;
 use dovetail_solver::run::{
     Bodies, Observed, PeakMotion, ResponseResult, peak_forces, peak_stress,

@@ -4,7 +4,7 @@ use super::conditions::in_motion;
 use super::{RunFiles, axis};
 use crate::error::RunError;
 use dovetail_export::csv::{PeakRow, write_peaks};
-use dovetail_export::plots::{HeatMap, Series, write_heat_map};
+use dovetail_export::plots::{HeatMap, Series, error_bar, write_heat_map};
 use dovetail_export::words::{capital, rounded, short, title};
 use dovetail_solver::results::pairs::PairTable;
 use dovetail_solver::results::quantities::loss_factor;
@@ -115,12 +115,11 @@ impl RunFiles {
     }
 }
 
-/// Ends of the error bar of an amplitude, m; `None` if no error is known, or none can be seen.
-fn error_bar(row: &PeakRow<'_>) -> Option<[f64; 2]> {
-    const SEEN: f64 = 5e-3;
-    let error = row.peak.orbit.amplitude_error(row.observation)?;
+/// Ends of the error bar of an amplitude, m.
+fn amplitude_bar(row: &PeakRow<'_>) -> Option<[f64; 2]> {
+    let error = row.peak.orbit.amplitude_error(row.observation);
     let amplitude_m = row.amplitude_m();
-    (error > SEEN).then(|| [1.0 - error, 1.0 + error].map(|share| share.max(0.0) * amplitude_m))
+    error_bar(amplitude_m, error.map(|error| error * amplitude_m))
 }
 
 /// A quantity of a peak: name of its file, title, unit, and value.
@@ -158,7 +157,7 @@ fn draw(
         let series: Vec<Series> = (lines.iter())
             .map(|line| {
                 let points = line.rows.iter().map(|row| (row.peak.value, value(row)));
-                let bars = line.rows.iter().map(error_bar);
+                let bars = line.rows.iter().map(amplitude_bar);
                 Series {
                     bars: bars.filter(|_| unit == "m").collect(),
                     failed: line.missing.clone(),

@@ -126,6 +126,10 @@ impl RunFiles {
         let first = own.observed.first().map(|first| first.name.as_str());
         let along = self.scene.response.along_engine_order;
         let summary = manifest::response_summary(pairs, first, &partial, along);
+        let summary = match own.untried_hz() {
+            Some(untried_hz) => summary.without_peaks(untried_hz),
+            None => summary,
+        };
         self.figures.summary.response = Some(summary);
         self.write_tables()?;
         Ok(Some(progress))

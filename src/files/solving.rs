@@ -66,6 +66,11 @@ impl Solving {
         }
     }
 
+    /// Frequencies between which none was tried yet, Hz; `None` once the range is covered.
+    pub fn untried_hz(&self) -> Option<[f64; 2]> {
+        untried_hz(&self.frequencies_hz, &self.solved)
+    }
+
     /// Adds a frequency, and writes its file of the flanks.
     pub fn add(&mut self, out: &OutputFolder, solved: &SolvedFrequency) -> Result<(), RunError> {
         let orbit = &solved.orbit;
@@ -82,6 +87,32 @@ impl Solving {
     }
 }
 
+/// Frequencies between which none was tried yet, Hz, with the solved ones beside them.
+fn untried_hz(
+    frequencies_hz: &[f64],
+    solved: &BTreeMap<usize, SolvedFrequency>,
+) -> Option<[f64; 2]> {
+    let [first, last] = [frequencies_hz.first()?, frequencies_hz.last()?];
+    let of_branch = |wanted: bool| {
+        let points = solved.values();
+        let points = points.filter_map(|s| Some((s.along.as_ref()?.from_last, s)));
+        let own = points.filter(move |(from_last, _)| *from_last == wanted);
+        own.map(|(_, s)| s.orbit.frequency_hz)
+    };
+    if solved.values().any(|s| s.along.is_some()) {
+        let from = of_branch(false).fold(*first, f64::max);
+        let to = of_branch(true).fold(*last, f64::min);
+        return (from < to).then_some([from, to]);
+    }
+    let is_untried = |point: &usize| !solved.contains_key(point);
+    let mut untried = (0..frequencies_hz.len()).filter(is_untried);
+    let from = untried.next()?;
+    let to = untried.last().unwrap_or(from);
+    let before = from.checked_sub(1).and_then(|i| frequencies_hz.get(i));
+    let after = frequencies_hz.get(to + 1);
+    Some([*before.unwrap_or(first), *after.unwrap_or(last)])
+}
+
 /// A solved frequency for tables.
 pub(super) fn strip_fields(solved: &SolvedFrequency) -> SolvedFrequency {
     let orbit = Orbit {
@@ -95,5 +126,50 @@ pub(super) fn strip_fields(solved: &SolvedFrequency) -> SolvedFrequency {
         linear: solved.linear.clone(),
         along: solved.along.clone(),
         ..*solved
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use dovetail_solver::dlft::{BranchPosition, Outcome, Part};
+
+    /// Response over 10 to 60 Hz with these numbers of frequencies and places along the two branches.
+    fn untried(points: &[(usize, f64, Option<bool>)]) -> Option<[f64; 2]> {
+        let solved = |(point, frequency_hz, from_last): &(usize, f64, Option<bool>)| {
+            let mut orbit = Orbit::motionless(*frequency_hz, Outcome::Converged);
+            orbit.point = *point;
+            let mut solved = SolvedFrequency::isolated(orbit);
+            solved.along = from_last.map(|from_last| BranchPosition {
+                from_last,
+                step: 0,
+                part: Part::Reached,
+                abscissa: *frequency_hz,
+                length: 0.0,
+                heading: None,
+            });
+            (*point, solved)
+        };
+        let frequencies_hz = [10.0, 20.0, 30.0, 40.0, 50.0, 60.0];
+        untried_hz(&frequencies_hz, &points.iter().map(solved).collect())
+    }
+
+    #[test]
+    fn what_was_not_tried_lies_between_the_halves_of_a_response() {
+        let grid = |points: &[usize]| {
+            let points = points.iter().map(|i| (*i, 10.0 * (*i + 1) as f64, None));
+            untried(&points.collect::<Vec<_>>())
+        };
+        assert_eq!(grid(&[]), Some([10.0, 60.0]));
+        assert_eq!(grid(&[0, 1]), Some([20.0, 60.0]));
+        assert_eq!(grid(&[0, 1, 5]), Some([20.0, 60.0]));
+        assert_eq!(grid(&[0, 1, 4, 5]), Some([20.0, 50.0]));
+        assert_eq!(grid(&[0, 1, 2, 3, 4, 5]), None);
+        let [rising, falling] = [Some(false), Some(true)];
+        assert_eq!(untried(&[(0, 25.0, rising)]), Some([25.0, 60.0]));
+        let both = [(0, 10.0, rising), (1, 60.0, falling), (2, 34.0, rising)];
+        assert_eq!(untried(&both), Some([34.0, 60.0]));
+        let joined = [(0, 35.0, rising), (1, 35.0, falling)];
+        assert_eq!(untried(&joined), None);
     }
 }

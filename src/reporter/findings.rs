@@ -19,14 +19,16 @@ use dovetail_solver::results::around_axis::{FreeSides, free_sides};
 use dovetail_solver::results::far_slip::{FAR, TOO_FAR};
 use dovetail_solver::results::modes::hertz;
 use dovetail_solver::results::pairs::{PairRow, PairTable};
-use dovetail_solver::results::quantities::{
-    jump_hz, linear_peak, linear_peak_is_at_an_end, peak, peak_is_at_an_end, peak_rise,
+use dovetail_solver::results::peak::{
+    jump_hz, largest_amplitude, linear_peak, peak, peak_rise, uncomputed_resonance,
 };
 use dovetail_solver::results::small::{
     AssemblySizes, ContactShare, LARGE_CLEARANCE, LARGE_DISPLACEMENT, LARGE_INTERFERENCE,
     LARGE_PRESSURE, Moved,
 };
-use dovetail_solver::run::{Bodies, ReducedScene, ResponseResult, Run, StaticResult};
+use dovetail_solver::run::{
+    Bodies, ReducedScene, ResponseResult, Run, StaticResult, TractionRange,
+};
 
 /// Estimated error of the first stuck frequencies by the modes of a body above which a warning is given.
 const LARGE_FREQUENCY_ERROR: f64 = 0.01;
@@ -62,6 +64,7 @@ pub(super) fn response_warnings(run: &Run) -> Vec<Warning> {
         warnings.extend(resonance_warnings(run, found));
     }
     warnings.extend(few_modes(found.modes_reach));
+    warnings.extend(found.tractions.as_ref().and_then(peakless_tractions));
     warnings.extend(flutter(run, found));
     warnings
 }
@@ -529,16 +532,18 @@ const MOST_STRETCHES: usize = 4;
 fn places(response: &Response, outcomes: &[Outcome]) -> String {
     let orbits = &response.orbits;
     let is_one = |orbit: &Orbit| outcomes.contains(&orbit.outcome);
-    let hz = |orbit: &Orbit| figure(orbit.frequency_hz, 6);
+    let hz = |orbit: &Orbit| orbit.frequency_hz;
     let stretches = orbits.chunk_by(|a, b| is_one(a) == is_one(b));
     let stretches = stretches.filter(|stretch| stretch.first().is_some_and(is_one));
     let stretches: Vec<String> = stretches
         .map(|stretch| match stretch {
-            [first, .., last] => format!("{} to {} Hz", hz(first), hz(last)),
-            one => one
-                .iter()
-                .map(|orbit| format!("{} Hz", hz(orbit)))
-                .collect(),
+            [one] => format!("{} Hz", figure(hz(one), 6)),
+            several => {
+                // A curve that was followed runs both ways.
+                let ends = [f64::min, f64::max].map(|end| several.iter().map(hz).reduce(end));
+                let ends = ends.map(|end| figure(end.unwrap_or_default(), 6));
+                ends.join(" to ") + " Hz"
+            }
         })
         .collect();
     let named = &stretches[..stretches.len().min(MOST_STRETCHES)];
@@ -583,6 +588,17 @@ fn truncation(response: &Response) -> Option<Warning> {
     })
 }
 
+/// Warning that the range of the peak over starting tractions leaves some of them out.
+fn peakless_tractions(range: &TractionRange) -> Option<Warning> {
+    let all = 1 + range.others.len();
+    let without = all - range.peaks().count();
+    (without > 0).then(|| {
+        accuracy_warning(format!(
+            "from {without} of {all} starting tractions no peak was computed (tractions.csv): the range of the peak leaves them out"
+        ))
+    })
+}
+
 /// Warning that harmonics of a solution may lie above the retained modes.
 fn few_modes(modes_reach: Option<f64>) -> Option<Warning> {
     let reach = modes_reach.filter(|reach| *reach < 1.0)?;
@@ -601,8 +617,24 @@ fn hidden_peak(
     keys: &str,
 ) -> Vec<Warning> {
     let mut warnings = Vec::new();
-    let at_end = peak(response, observation)
-        .filter(|peak| peak.amplitude_m > 0.0 && peak_is_at_an_end(response, observation));
+    if let Some([from_hz, to_hz]) = uncomputed_resonance(response, observation) {
+        let found = largest_amplitude(response, observation);
+        let found = found.map_or(String::new(), |largest| {
+            format!(
+                "; the largest amplitude that was found, at {} Hz, need not be the peak",
+                figure(largest.frequency_hz, 6)
+            )
+        });
+        warnings.push(wrong(format!(
+            "the resonance of {name} was not computed: no motion is known from {} to {} Hz{found}; the column outcome of response.csv \
+             says why, and a finer grid (response.points), more response.max_newton_iterations or less force_n may help",
+            figure(from_hz, 6),
+            figure(to_hz, 6),
+        )));
+        return warnings;
+    }
+    let at_end =
+        peak(response, observation).filter(|peak| peak.amplitude_m > 0.0 && peak.is_at_an_end);
     if let Some(peak) = at_end {
         warnings.push(accuracy_warning(format!(
             "the largest amplitude of {name} is at an end of the range, {:.3} Hz: a peak may lie outside; widen {keys}{}",
@@ -610,7 +642,7 @@ fn hidden_peak(
             nearest_modes(modes_hz, peak.frequency_hz)
         )));
     } else if let Some(linear) = linear_peak(response, observation)
-        .filter(|peak| peak.amplitude_m > 0.0 && linear_peak_is_at_an_end(response, observation))
+        .filter(|peak| peak.amplitude_m > 0.0 && peak.is_at_an_end)
     {
         warnings.push(accuracy_warning(format!(
             "the largest linear amplitude of {name} is at an end of the range, {:.3} Hz: the linear peak may lie outside, and the ratio of \
@@ -744,6 +776,16 @@ mod tests {
         assert_eq!(
             told("xx..x"),
             "at 3 of 5 frequencies (10.0000 to 20.0000 Hz, 50.0000 Hz)"
+        );
+        let both_ways = Response {
+            orbits: [3.0, 2.0, 1.0, 3.0]
+                .map(|hz| Orbit::motionless(hz, Outcome::Stagnated))
+                .to_vec(),
+            ..Response::default()
+        };
+        assert_eq!(
+            places(&both_ways, &FAILED),
+            "at 4 of 4 frequencies (1.00000 to 3.00000 Hz)"
         );
         let many = told("x.x.x.x.x.x");
         assert!(many.ends_with("70.0000 Hz, and 2 more)"), "{many}");

@@ -162,8 +162,16 @@ fn answer(
     report::write_table(&plan.out.join("table.csv"), &analysis)?;
     drop(lock);
     for result in &results {
-        if let CaseEnd::Failed { message, .. } = &result.ended {
-            let words = format!("{} failed: {message}", result.case.slug);
+        let words = match &result.ended {
+            CaseEnd::Failed { message, .. } => Some(format!(" failed: {message}")),
+            CaseEnd::WithFigures(figures) => {
+                let words = figures.response.first.not_computed_words();
+                words.map(|words| format!(": {words}"))
+            }
+            CaseEnd::NotRun => None,
+        };
+        if let Some(words) = words {
+            let words = format!("{}{words}", result.case.slug);
             reporter.warning(Weight::Wrong, words);
         }
     }

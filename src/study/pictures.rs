@@ -1,18 +1,19 @@
-//! Pictures of a study (plots/*.svg): figures over physical parameters, and the estimated errors of
-//! numerical ones.
+//! Pictures of a study (plots/*.svg): figures over physical parameters with their estimated errors
+//! and the values without one, and the estimated errors of numerical ones.
 
 use std::path::Path;
 
 use super::analysis::{Analysis, ParameterRefinement};
 use super::cases::slug;
 use super::convergence::How;
+use super::results::{CaseEnd, CaseResult};
 use crate::study_file::error::StudyError;
 use crate::study_file::keys::{CombinationMode, ParameterKind};
 use crate::study_file::parameter::Parameter;
 use crate::study_file::quantity::Figure;
 use dovetail_export::create_folder;
 use dovetail_export::plots::{
-    Axis, HeatMap, PictureHeading, Scale, Series, write_heat_map, write_series,
+    Axis, HeatMap, PictureHeading, Scale, Series, error_bar, write_heat_map, write_series,
 };
 use dovetail_export::words::capital;
 
@@ -118,9 +119,27 @@ impl Pictures<'_> {
         let parameters = &self.analysis.study.parameters;
         let (x, places) = axis(&parameters[k]);
         let over = |label: String, fixed: &[(usize, usize)]| {
-            let value = |v: usize| self.value(figure, &[fixed, &[(k, v)]].concat());
-            let points = places.iter().enumerate();
-            Series::new(label, points.map(|(v, place)| (*place, value(v))))
+            let results = (0..places.len()).map(|v| self.result(&[fixed, &[(k, v)]].concat()));
+            let results: Vec<Option<&CaseResult>> = results.collect();
+            let value = |result: &Option<&CaseResult>| (*result)?.value(&figure.heading);
+            let bar = |result: &Option<&CaseResult>| {
+                let value = value(result)?;
+                let response = &(*result)?.figures()?.response;
+                error_bar(value, figure.quantity.error(response, value))
+            };
+            let has_failed = |result: &Option<&CaseResult>| {
+                let ended = result.is_some_and(|result| result.ended != CaseEnd::NotRun);
+                ended && value(result).is_none()
+            };
+            let failed = places.iter().zip(&results);
+            let failed = failed.filter(|(_, result)| has_failed(result));
+            let points = places.iter().zip(&results);
+            let points = points.map(|(place, result)| (*place, value(result)));
+            Series {
+                bars: results.iter().map(bar).collect(),
+                failed: failed.map(|(place, _)| *place).collect(),
+                ..Series::new(label, points)
+            }
         };
         let mut file = format!("{}_over_{}", figure.heading, parameters[k].name);
         let mut shows = format!("{} over {}", capital(&figure.name), parameters[k].title());
@@ -159,13 +178,17 @@ impl Pictures<'_> {
 
     /// Value of a figure where these parameters have these values and the others keep theirs.
     fn value(&self, figure: &Figure, varied: &[(usize, usize)]) -> Option<f64> {
+        self.result(varied)?.value(&figure.heading)
+    }
+
+    /// Result of the case in which these parameters have these values and the others keep theirs.
+    fn result(&self, varied: &[(usize, usize)]) -> Option<&CaseResult> {
         let mut values = self.analysis.study.centre();
         for (k, v) in varied {
             values[*k] = *v;
         }
         let mut results = self.analysis.results.iter();
-        let result = results.find(|r| r.case.values == values)?;
-        result.value(&figure.heading)
+        results.find(|r| r.case.values == values)
     }
 }
 

@@ -74,6 +74,10 @@ pub fn write_summary(path: &Path, analysis: &Analysis<'_>) -> Result<(), StudyEr
         })),
         _ => None,
     });
+    let not_computed = results.iter().filter_map(|r| {
+        let range_hz = r.figures()?.response.first.resonance_not_computed_hz?;
+        Some(json!({ "case": r.case.slug, "range_hz": range_hz }))
+    });
     let parameter = |p: &Parameter| json!({ "name": p.name, "is": p.kind.to_string(), "keys": p.keys(), "values": p.labels() });
     let refinement = |r: &ParameterRefinement| {
         let parameter = &study.parameters[r.parameter];
@@ -98,6 +102,7 @@ pub fn write_summary(path: &Path, analysis: &Analysis<'_>) -> Result<(), StudyEr
         "cases": results.len(),
         "complete": results.iter().filter_map(CaseResult::figures).count(),
         "failed": failed.collect::<Vec<_>>(),
+        "resonance_not_computed": not_computed.collect::<Vec<_>>(),
         "parameters": study.parameters.iter().map(parameter).collect::<Vec<_>>(),
         "refinements": analysis.refinements.iter().map(refinement).collect::<Vec<_>>(),
     });
@@ -125,6 +130,9 @@ pub fn remarks(results: &[CaseResult]) -> Vec<String> {
                     remark(format!(
                         ": {unconverged} of {points} frequencies did not converge"
                     ));
+                }
+                if let Some(words) = response.first.not_computed_words() {
+                    remark(format!(": {words}"));
                 }
                 if response.first.peak_at_end_of_range {
                     let end =

@@ -114,6 +114,19 @@ impl Figure {
 }
 
 impl StudyQuantity {
+    /// Estimated error of the figure with this value, in its unit; `None` where it is not known.
+    pub fn error(self, response: &ResponseSummary, value: f64) -> Option<f64> {
+        let peak = &response.first;
+        let relative = || Some(value.abs() * peak.peak_estimated_error?);
+        match self.word {
+            "peak_amplitude_m" | "peak_ratio" => relative(),
+            "peak_friction_power_w" => peak.peak_friction_power_error_w,
+            "peak_damping_power_w" => peak.peak_damping_power_error_w,
+            "peak_slid_m" => peak.peak_largest_slid_error_m,
+            _ => None,
+        }
+    }
+
     /// Figures of the quantity in a summary, with their values; figures that the run does not have
     /// are left out.
     pub fn figures(self, summary: &Summary) -> Vec<(Figure, f64)> {
@@ -204,6 +217,28 @@ pub mod tests {
             "pairs that open: 120",
         ];
         assert_eq!(words.collect::<Vec<_>>()[..3], expected);
+    }
+
+    /// An error is relative to an amplitude, and that of a power has its unit.
+    #[test]
+    fn figures_have_the_errors_of_the_peak() {
+        let response = ResponseSummary {
+            first: ObservedPeak {
+                peak_estimated_error: Some(0.1),
+                peak_friction_power_error_w: Some(0.3),
+                ..ObservedPeak::default()
+            },
+            ..ResponseSummary::default()
+        };
+        let errors = ALL
+            .iter()
+            .filter_map(|q| Some((q.word, q.error(&response, 2.0)?)));
+        let expected = [
+            ("peak_amplitude_m", 0.2),
+            ("peak_ratio", 0.2),
+            ("peak_friction_power_w", 0.3),
+        ];
+        assert_eq!(errors.collect::<Vec<_>>(), expected);
     }
 
     #[test]

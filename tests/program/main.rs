@@ -70,6 +70,7 @@ mod stress;
 mod study;
 mod tidy;
 mod tutorial;
+mod uncomputed_resonance;
 mod way_in;
 mod wear;
 mod whole_meshes;

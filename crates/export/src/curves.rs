@@ -10,7 +10,8 @@ use dovetail_solver::description::EngineOrder;
 use dovetail_solver::dlft::branch::{sections, stable};
 use dovetail_solver::dlft::{CycleStatus, LinearPoint, Orbit, Outcome, Response};
 use dovetail_solver::reduced::ObservedQuantity;
-use dovetail_solver::results::quantities::{Peak, friction_power_w, linear_peak, peak, phasors};
+use dovetail_solver::results::peak::{Peak, linear_peak, peak, uncomputed_resonance};
+use dovetail_solver::results::quantities::{friction_power_w, phasors};
 use dovetail_solver::run::{Observed, TractionRange};
 
 /// Ratio of the linear peak to the highest value with friction above which the axis is scaled to
@@ -26,6 +27,9 @@ pub struct Curves {
     pub unit: &'static str,
     /// Curves, the most important last.
     pub curves: Vec<Curve>,
+    /// Frequencies between which the resonance was not computed, Hz; `None` if it was.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub not_computed_hz: Option<[f64; 2]>,
     /// Engine order of a run-up, whose curves are over the speed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub along: Option<EngineOrder>,
@@ -48,6 +52,7 @@ impl Curves {
             quantity,
             unit,
             curves,
+            not_computed_hz: None,
             along: None,
         }
     }
@@ -236,7 +241,10 @@ impl Sweep<'_> {
             ObservedQuantity::Strain => format!("amplitude of strain {}", observed.name),
         };
         let before = std::iter::once(linear).chain(self.traction_range(i));
-        self.curves(quantity, unit, before, &of_response)
+        Curves {
+            not_computed_hz: uncomputed_resonance(self.response, i),
+            ..self.curves(quantity, unit, before, &of_response)
+        }
     }
 
     /// Least and largest amplitude of observation `i` over all starting tractions, at the frequencies
@@ -769,6 +777,7 @@ mod tests {
     fn words_at_a_peak_are_in_the_unit_of_the_axis_and_of_the_digits_that_its_error_supports() {
         let peak = |amplitude_m: f64, error: Option<f64>| {
             let at = Peak {
+                is_at_an_end: false,
                 index: 0,
                 frequency_hz: 287.6921,
                 amplitude_m,

@@ -13,7 +13,10 @@ use crate::motion::PyMotion;
 use crate::subject::ResultSubject;
 use dovetail_solver::dlft::branch::stable;
 use dovetail_solver::dlft::{CycleCounts, LinearPoint, Orbit, Response};
-use dovetail_solver::results::quantities::{Peak, linear_peak, loss_factor, peak};
+use dovetail_solver::results::peak::{
+    Peak, largest_amplitude, linear_peak, peak, uncomputed_resonance,
+};
+use dovetail_solver::results::quantities::loss_factor;
 
 /// Largest amplitude of a curve.
 #[pyclass(frozen, get_all, name = "Peak", module = "dovetail")]
@@ -363,8 +366,8 @@ impl PyResponse {
         self.response.slip_threshold_m
     }
 
-    /// Largest amplitude of an observed displacement, which is given by its name or number; `None`
-    /// where no point has a motion.
+    /// Peak of an observed displacement, which is given by its name or number; `None` where the
+    /// resonance was not computed (`uncomputed_resonance_hz`).
     #[pyo3(signature = (observation=None))]
     fn peak(
         &self,
@@ -373,6 +376,30 @@ impl PyResponse {
     ) -> PyResult<Option<PyPeak>> {
         let number = self.number(py, observation)?;
         Ok(peak_object(peak(&self.response, number)))
+    }
+
+    /// Largest amplitude that was found of an observed displacement; `None` where no point has a
+    /// motion. It is the peak where the resonance was computed.
+    #[pyo3(signature = (observation=None))]
+    fn largest_amplitude(
+        &self,
+        py: Python<'_>,
+        observation: Option<Bound<'_, PyAny>>,
+    ) -> PyResult<Option<PyPeak>> {
+        let number = self.number(py, observation)?;
+        Ok(peak_object(largest_amplitude(&self.response, number)))
+    }
+
+    /// Frequencies between which no motion is known although the resonance of an observed
+    /// displacement may be there, Hz; `None` where the resonance was computed.
+    #[pyo3(signature = (observation=None))]
+    fn uncomputed_resonance_hz(
+        &self,
+        py: Python<'_>,
+        observation: Option<Bound<'_, PyAny>>,
+    ) -> PyResult<Option<(f64, f64)>> {
+        let number = self.number(py, observation)?;
+        Ok(uncomputed_resonance(&self.response, number).map(Into::into))
     }
 
     /// Largest amplitude of the linear reference; its index counts in `linear_curve_hz`.

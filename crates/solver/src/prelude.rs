@@ -8,6 +8,6 @@ pub use crate::model::{
     Assembly, BodySpec, ContactLaw, ContactSpec, ExcitationSpec, LoadKind, LoadSpec, Material,
     MeshSource, ObservationSpec, Prestress, RotationSpec, SpringSpec,
 };
-pub use crate::results::quantities::{linear_peak, peak};
+pub use crate::results::peak::{linear_peak, peak};
 pub use crate::run::{Options, Run, Session, solve};
 pub use dovetail_dynamics::prelude::*;

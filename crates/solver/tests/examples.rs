@@ -18,7 +18,7 @@ mod reduced_from_matrices;
 
 use dovetail_solver::dlft::PairStatus;
 use dovetail_solver::results::modes::hertz;
-use dovetail_solver::results::quantities::peak;
+use dovetail_solver::results::peak::peak;
 
 fn assert_close(found: f64, expected: f64, tolerance: f64) {
     let off = found / expected - 1.0;

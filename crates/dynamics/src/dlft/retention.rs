@@ -22,6 +22,7 @@ use dovetail_numerics::eigen::independent;
 use dovetail_numerics::vector::{axpy, dot, norm};
 use faer::Mat;
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 use std::sync::{Arc, OnceLock};
 
 /// A motion counts as held by friction alone where its stiffness is below this fraction of the mean
@@ -110,26 +111,33 @@ impl Holding {
         lambda_static_n: &[f64],
         factors: &[f64],
     ) -> bool {
+        if self.is_held_without_contact() {
+            return false;
+        }
         let problem = &self.problem;
-        let slow = (self.slow_excitation).get_or_init(|| SlowExcitation::new(problem, self));
-        !self.is_held_without_contact() && slow.exceeds_contact(problem, lambda_static_n, factors)
+        let slow = self.slow_excitation.get_or_init(|| {
+            let retained = self.retention().map_or(&[][..], |r| &r.motions);
+            SlowExcitation::new(problem, self.motions_free_in_all_waves(), retained)
+        });
+        slow.exceeds_contact(problem, lambda_static_n, factors)
     }
 
     /// Motions of the sector that nothing holds where all pairs are open, whatever the waves of the
     /// excitations: orthonormal, in relative displacements.
-    pub(super) fn motions_free_in_all_waves(&self) -> Vec<Vec<f64>> {
+    fn motions_free_in_all_waves(&self) -> Vec<Vec<f64>> {
         let reduced = &self.problem.reduced;
-        let mut stiffness = reduced.stiffness.clone();
-        let n = stiffness.nrows();
-        let mut known = vec![None];
+        let mut waves = BTreeMap::new();
         for load in &self.problem.excitations {
             let of = reduced.harmonic_model(load.harmonic);
-            let nodal_diameter = of.wave.map(|wave| wave.nodal_diameter);
-            if !known.contains(&nodal_diameter) {
-                known.push(nodal_diameter);
-                let own = &of.model.stiffness;
-                (0..n).for_each(|j| (0..n).for_each(|i| stiffness[(i, j)] += own[(i, j)]));
-            }
+            waves.extend(of.wave.map(|wave| (wave.nodal_diameter, of.model)));
+        }
+        if waves.is_empty() {
+            return self.free_motions();
+        }
+        let mut stiffness = reduced.stiffness.clone();
+        let n = stiffness.nrows();
+        for own in waves.into_values().map(|model| &model.stiffness) {
+            (0..n).for_each(|j| (0..n).for_each(|i| stiffness[(i, j)] += own[(i, j)]));
         }
         let mean_stiffness = (0..n).map(|i| stiffness[(i, i)]).sum::<f64>() / n.max(1) as f64;
         softer_than(&stiffness, mean_stiffness, FREE)
@@ -187,11 +195,6 @@ impl Retention {
             motions: self.motions.clone(),
             stiffness_n_m: fraction * self.stiffness_n_m,
         }
-    }
-
-    /// Orthonormal tangential motions, n entries each.
-    pub(super) fn motions(&self) -> &[Vec<f64>] {
-        &self.motions
     }
 
     /// Stiffness of the spring, N/m.

@@ -7,7 +7,6 @@
 //! test knows neither the elasticity of the bodies nor the history of friction, so forces that
 //! balance the loads do not prove an equilibrium.
 
-use super::retention::Holding;
 use crate::contact::PairLaw;
 use crate::problem::{HarmonicLoad, Problem};
 use dovetail_numerics::dense::Lu;
@@ -42,15 +41,13 @@ pub(super) struct SlowExcitation {
 }
 
 impl SlowExcitation {
-    /// Test of the excitations of a problem. The mean along the motions that friction alone holds may be
-    /// retained, and does not count.
-    pub(super) fn new(problem: &Problem, holding: &Holding) -> Self {
-        let motions = holding.motions_free_in_all_waves();
+    /// Test of the excitations of a problem. `motions` are those of the sector that contact alone
+    /// opposes, orthonormal, and `retained` the ones along which the mean may be retained: these do not
+    /// count.
+    pub(super) fn new(problem: &Problem, motions: Vec<Vec<f64>>, retained: &[Vec<f64>]) -> Self {
         let work = |on_x: &[f64]| works(&motions, on_x);
         let excited = |load: &HarmonicLoad| [&load.cosine, &load.sine].map(|p| work(&p.on_x));
-        let retained = holding.retention().into_iter();
-        let retained = retained.flat_map(|retention| retention.motions());
-        let retained = retained.flat_map(|motion| {
+        let retained = retained.iter().flat_map(|motion| {
             let along = work(motion);
             let back = along.iter().map(|w| -w).collect();
             [along, back]
@@ -211,6 +208,7 @@ mod tests {
     use super::*;
     use crate::dlft::Outcome;
     use crate::dlft::made_up::DAMPING;
+    use crate::dlft::retention::Holding;
     use crate::dlft::settings::Resolution;
     use crate::dlft::static_state::static_state;
     use crate::dlft::sweep::{SweepSettings, sweep};
@@ -263,9 +261,7 @@ mod tests {
     fn exceeds(mut problem: Problem, lambda_static_n: &[f64], on_x: Vec<f64>) -> bool {
         let cosine = Load::new(on_x, vec![]);
         problem.excitations = vec![HarmonicLoad::cosine(1, cosine)];
-        let holding = Holding::new(&problem);
-        let test = SlowExcitation::new(&problem, &holding);
-        test.exceeds_contact(&problem, lambda_static_n, &[1.0])
+        Holding::new(&problem).excitation_exceeds_contact(lambda_static_n, &[1.0])
     }
 
     const FLAT: [[f64; 3]; 3] = [[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];

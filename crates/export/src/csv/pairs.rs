@@ -9,8 +9,9 @@ use dovetail_solver::dlft::{PairStatus, Response, StaticState};
 use dovetail_solver::model::{Model, Observation};
 use dovetail_solver::reduced::ObservedQuantity;
 use dovetail_solver::results::pairs::PairTable;
+use dovetail_solver::results::peak::peak;
 use dovetail_solver::results::quantities::{
-    CycleFields, StaticFields, SweepFields, cycle_fields, peak, static_fields, sweep_fields,
+    CycleFields, StaticFields, SweepFields, cycle_fields, static_fields, sweep_fields,
 };
 
 /// Writes static.csv: one row per pair. If the static state did not converge, `status` is the

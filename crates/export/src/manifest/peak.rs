@@ -7,9 +7,11 @@ use crate::words::{error_words, figure, quantity_in_prefix, supported_digits};
 use dovetail_solver::description::EngineOrder;
 use dovetail_solver::dlft::{CycleCounts, Response};
 use dovetail_solver::results::pairs::PairTable;
+use dovetail_solver::results::peak::{
+    largest_amplitude, linear_peak, local_peaks, peak, peak_ratio, peak_rise, uncomputed_resonance,
+};
 use dovetail_solver::results::quantities::{
-    cycle_fields, friction_power_w, largest_of_pairs, largest_slid_error_m, linear_peak,
-    local_peaks, peak, peak_is_at_an_end, peak_ratio, peak_rise,
+    cycle_fields, friction_power_w, largest_of_pairs, largest_slid_error_m,
 };
 
 /// Number of digits of amplitudes of the linear curve, which is exact.
@@ -19,7 +21,18 @@ const LINEAR_DIGITS: usize = 4;
 /// unit.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct ObservedPeak {
-    /// Largest amplitude; `None` if nothing converged.
+    /// Frequencies between which no motion is known although the resonance may be there, Hz. `None`
+    /// if the resonance was computed. Otherwise there is no peak, and no figure of a peak.
+    #[serde(default)]
+    pub resonance_not_computed_hz: Option<[f64; 2]>,
+    /// Largest amplitude that was found; `None` if nothing converged. It is the peak if the resonance
+    /// was computed.
+    #[serde(default)]
+    pub largest_amplitude_m: Option<f64>,
+    /// Frequency of the largest amplitude that was found, Hz.
+    #[serde(default)]
+    pub largest_amplitude_frequency_hz: Option<f64>,
+    /// Amplitude of the peak; `None` if the resonance was not computed.
     pub peak_amplitude_m: Option<f64>,
     /// Frequency of that amplitude, Hz.
     pub peak_frequency_hz: Option<f64>,
@@ -90,13 +103,17 @@ impl ObservedPeak {
         along: Option<EngineOrder>,
     ) -> Self {
         let linear = linear_peak(response, i);
-        let without_motion = Self {
+        let largest = largest_amplitude(response, i);
+        let without_peak = Self {
+            resonance_not_computed_hz: uncomputed_resonance(response, i),
+            largest_amplitude_m: largest.map(|p| p.amplitude_m),
+            largest_amplitude_frequency_hz: largest.map(|p| p.frequency_hz),
             linear_peak_amplitude_m: linear.map(|p| p.amplitude_m),
             linear_peak_frequency_hz: linear.map(|p| p.frequency_hz),
             ..Self::default()
         };
         let Some(top) = peak(response, i) else {
-            return without_motion;
+            return without_peak;
         };
         let orbit = &response.orbits[top.index];
         let counts = orbit.counts();
@@ -122,7 +139,7 @@ impl ObservedPeak {
             peak_row: Some(top.index),
             peak_estimated_error: orbit.observed_error.get(i).copied(),
             peak_largest_estimated_error: orbit.estimated_error,
-            peak_at_end_of_range: peak_is_at_an_end(response, i),
+            peak_at_end_of_range: top.is_at_an_end,
             peak_rise: peak_rise(response, i),
             peak_loss_factor: loss.filter_map(|local| local.loss_factor).find_map(finite),
             peak_ratio: peak_ratio(response, i),
@@ -140,7 +157,20 @@ impl ObservedPeak {
                 .map(|energy| if friction_w > 0.0 { energy } else { 0.0 }),
             peak_largest_slid_m: largest_of_pairs(&cycles.slid_m),
             peak_largest_slid_error_m: largest_slid_error_m(orbit).and_then(finite),
-            ..without_motion
+            ..without_peak
+        }
+    }
+
+    /// What is known without a peak, if no motion is known between these frequencies, Hz.
+    pub(super) fn without_peak(self, unknown_hz: [f64; 2]) -> Self {
+        let [from, to] = self.resonance_not_computed_hz.unwrap_or(unknown_hz);
+        Self {
+            resonance_not_computed_hz: Some([from.min(unknown_hz[0]), to.max(unknown_hz[1])]),
+            largest_amplitude_m: self.largest_amplitude_m,
+            largest_amplitude_frequency_hz: self.largest_amplitude_frequency_hz,
+            linear_peak_amplitude_m: self.linear_peak_amplitude_m,
+            linear_peak_frequency_hz: self.linear_peak_frequency_hz,
+            ..Self::default()
         }
     }
 
@@ -149,10 +179,21 @@ impl ObservedPeak {
         Some([self.peak_amplitude_m?, self.peak_frequency_hz?])
     }
 
+    /// Sentence that the resonance was not computed, without its full stop; `None` if it was.
+    pub fn not_computed_words(&self) -> Option<String> {
+        let [from, to] = self.resonance_not_computed_hz?.map(|hz| figure(hz, 6));
+        Some(format!(
+            "the resonance was not computed: no motion is known from {from} to {to} Hz"
+        ))
+    }
+
     /// Amplitude and frequency in Hz of the linear reference; `None` if there are no pairs, whose
     /// response is its own reference.
     pub fn linear(&self) -> Option<[f64; 2]> {
-        self.counts()?;
+        let has_pairs = self.counts().is_some() || self.resonance_not_computed_hz.is_some();
+        if !has_pairs {
+            return None;
+        }
         Some([
             self.linear_peak_amplitude_m?,
             self.linear_peak_frequency_hz?,

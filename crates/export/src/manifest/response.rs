@@ -9,9 +9,9 @@ use dovetail_solver::dlft::branch::folds;
 use dovetail_solver::dlft::{Orbit, Outcome, Response, SecondMotion};
 use dovetail_solver::results::fretting::Fretting;
 use dovetail_solver::results::pairs::PairTable;
+use dovetail_solver::results::peak::{LocalPeak, local_peaks};
 use dovetail_solver::results::quantities::{
-    LocalPeak, energy_balance_error, largest_estimated_error, local_peaks, moving_orbits,
-    sweep_fields,
+    energy_balance_error, largest_estimated_error, moving_orbits, sweep_fields,
 };
 use dovetail_solver::run::{Observed, TractionPeak, TractionRange};
 
@@ -72,14 +72,29 @@ pub struct ResponseSummary {
 }
 
 impl ResponseSummary {
-    /// Peaks of the observations that have one, the first observation first.
+    /// The same figures without those of peaks: between these frequencies, Hz, no motion is known.
+    #[must_use]
+    pub fn without_peaks(self, unknown_hz: [f64; 2]) -> Self {
+        let others = self.other_observations.into_iter();
+        Self {
+            first: self.first.without_peak(unknown_hz),
+            other_observations: others.map(|peak| peak.without_peak(unknown_hz)).collect(),
+            ..self
+        }
+    }
+
+    /// Peaks of the observations that have one, or whose resonance was not computed, the first
+    /// observation first.
     pub fn peaks_of<'a>(
         &'a self,
         observed: &'a [Observed],
     ) -> impl Iterator<Item = (&'a Observed, &'a ObservedPeak)> {
         let peaks = std::iter::once(&self.first).chain(&self.other_observations);
         let pairs = observed.iter().zip(peaks);
-        pairs.filter(|(_, peak)| peak.peak_amplitude_m.is_some())
+        let is_told = |peak: &ObservedPeak| {
+            peak.peak_amplitude_m.is_some() || peak.resonance_not_computed_hz.is_some()
+        };
+        pairs.filter(move |(_, peak)| is_told(peak))
     }
 }
 

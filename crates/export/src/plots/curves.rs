@@ -4,12 +4,12 @@ use std::path::Path;
 
 use super::canvas::{LEFT, MIDDLE, Paint, Place, RIGHT, Stroke, WHITE};
 use super::chart::{Chart, SIZE};
-use super::legend::{Legend, Mark};
+use super::legend::{Legend, Mark, band};
 use super::{Axis, PictureHeading, Scale, TEXT, ends, width_of, write_svg};
 use crate::ExportError;
-use crate::colours::{Colour, CurveKind};
+use crate::colours::{Colour, CurveKind, NOTHING};
 use crate::curves::{Curve, Curves, PeakMark, Point};
-use crate::words::counted;
+use crate::words::{counted, figure};
 use dovetail_solver::description::EngineOrder;
 
 /// Height of a line of words at a peak.
@@ -18,6 +18,8 @@ const PEAK: f64 = TEXT - 4.0;
 const PEAK_DISTANCES: [f64; 5] = [12.0, 26.0, 44.0, 70.0, 100.0];
 /// Distance beyond which a line leads from the label to its peak.
 const LED: f64 = 30.0;
+/// Paint of frequencies at which the resonance was not computed.
+const UNKNOWN: Paint = Paint::Pale(NOTHING, 0.6);
 /// Unit of angles.
 const DEGREES: &str = "°";
 
@@ -126,6 +128,15 @@ fn range(curves: &Curves, scale: Scale) -> [f64; 2] {
 fn legend(curves: &Curves, highest: f64) -> Legend {
     let points = |count| counted(count, "point", "points");
     let mut legend = Legend::default();
+    if curves.curves.iter().any(has_errors) {
+        let colour = CurveKind::Response.colour();
+        legend.add(Mark::Band(band(colour)), "estimated error");
+    }
+    if let Some(ends) = curves.not_computed_hz {
+        let [from, to] = ends.map(|hz| figure(hz, 6));
+        let words = format!("resonance not computed, {from} to {to} Hz");
+        legend.add(Mark::Band(UNKNOWN), words);
+    }
     for curve in &curves.curves {
         let label = &curve.label;
         let off_scale = curve.peak.filter(|_| curve.peak_below(highest).is_none());
@@ -153,7 +164,18 @@ fn legend(curves: &Curves, highest: f64) -> Legend {
 /// nothing converged, and the peaks.
 fn draw(mut chart: Chart, curves: &Curves, range: [f64; 2]) {
     let [bottom, top] = range;
+    if let Some(ends) = curves.not_computed_hz {
+        let [from, to] = ends.map(|hz| curves.place(hz));
+        let corners = [(from, bottom), (from, top), (to, top), (to, bottom)];
+        let corners: Option<Vec<Place>> = corners.map(|at| chart.at(at)).into_iter().collect();
+        if let Some(corners) = corners {
+            chart.canvas.polygon(&corners, UNKNOWN);
+        }
+    }
     fill_range(&chart, curves, range);
+    for curve in curves.curves.iter().filter(|curve| has_errors(curve)) {
+        fill_errors(&chart, curves, curve, range);
+    }
     for curve in &curves.curves {
         for stretch in stretches(&curve.points, range) {
             let places = stretch.into_iter();
@@ -199,6 +221,30 @@ fn draw(mut chart: Chart, curves: &Curves, range: [f64; 2]) {
     }
 }
 
+/// Estimated error, relative, below which no band is seen.
+const SEEN: f64 = 5e-3;
+
+fn has_errors(curve: &Curve) -> bool {
+    let mut errors = curve.points.iter().filter_map(|point| point.error);
+    curve.kind == CurveKind::Response && errors.any(|error| error > SEEN)
+}
+
+/// Fills the estimated error of a curve on both sides of it.
+fn fill_errors(chart: &Chart, curves: &Curves, curve: &Curve, [bottom, top]: [f64; 2]) {
+    let ends = |point: &Point| {
+        let (value, error) = (point.value?, point.error?);
+        let ends = [(1.0 - error).max(0.0) * value, (1.0 + error) * value];
+        let [low, high] = ends.map(|v| (curves.place(point.frequency_hz), v.clamp(bottom, top)));
+        Some([chart.at(low)?, chart.at(high)?])
+    };
+    for two in curve.points.windows(2) {
+        if let (Some(a), Some(b)) = (ends(&two[0]), ends(&two[1])) {
+            let corners = [a[0], a[1], b[1], b[0]];
+            chart.canvas.polygon(&corners, band(curve.colour()));
+        }
+    }
+}
+
 /// Fills what lies between the ends of the range over starting tractions.
 fn fill_range(chart: &Chart, curves: &Curves, [bottom, top]: [f64; 2]) {
     let ends = curves.curves.iter();
@@ -206,7 +252,7 @@ fn fill_range(chart: &Chart, curves: &Curves, [bottom, top]: [f64; 2]) {
     let [least, most] = ends[..] else {
         return;
     };
-    let pale = Paint::Pale(least.colour(), 0.25);
+    let pale = band(least.colour());
     let at = |point: &Point| {
         let value = point.value?.clamp(bottom, top);
         chart.at((curves.place(point.frequency_hz), value))
@@ -319,6 +365,7 @@ mod tests {
     fn the_legend_has_lines_rings_and_crosses() {
         let mut own = points(&[Some(1.0), None]);
         own[0].is_accurate = false;
+        own[0].error = Some(0.1);
         let curve = |label: &str, kind, points, peak| Curve {
             label: label.to_owned(),
             kind,
@@ -340,11 +387,14 @@ mod tests {
                 curve("linear", CurveKind::Linear, vec![], Some(peak)),
                 curve("H = 3", CurveKind::Response, own, None),
             ],
+            not_computed_hz: Some([10.0, 20.0]),
             along: None,
             highest: 1.0,
         };
         let legend = format!("{:?}", legend(&curves, 1.12));
         for words in [
+            "estimated error",
+            "resonance not computed, 10.0000 to 20.0000 Hz",
             "linear: peak off the scale, 20.0 m at 1.50000 Hz",
             "H = 3: accuracy not reached at 1 point",
             "H = 3: 1 point did not converge",
@@ -371,6 +421,7 @@ mod tests {
                 quantity: String::new(),
                 unit: "m",
                 curves: vec![curve],
+                not_computed_hz: None,
                 along: None,
                 highest: 0.0,
             });

@@ -19,6 +19,12 @@ pub(super) enum Mark {
     Dot(Colour),
     Ring(Colour),
     Cross(Colour),
+    Band(Paint),
+}
+
+/// Paint of an area of this colour under curves.
+pub(super) fn band(colour: Colour) -> Paint {
+    Paint::Pale(colour, 0.25)
 }
 
 /// Marks and their words, in rows.
@@ -71,6 +77,9 @@ fn draw_mark(canvas: &Canvas, mark: Mark, (left, y): Place) {
         Mark::Dot(colour) => canvas.circle(middle, 6.0, Paint::Filled(colour)),
         Mark::Ring(colour) => canvas.circle(middle, 6.0, Paint::Outline(colour, 2.0)),
         Mark::Cross(colour) => canvas.cross(middle, colour),
+        Mark::Band(paint) => {
+            canvas.rectangle([left, left + 39.0, y - 8.0, y + 8.0], paint);
+        }
     }
 }
 

@@ -27,7 +27,7 @@ pub(crate) use haigh::haigh_svg;
 pub use haigh::{Haigh, write_haigh};
 pub use heat_map::{HeatMap, write_heat_map};
 pub use nodal_diameters::write_nodal_diameters;
-pub use series::{Series, write_series};
+pub use series::{Series, error_bar, write_series};
 
 use std::path::Path;
 

@@ -52,6 +52,16 @@ impl Series {
     }
 }
 
+/// Error of a value, relative to it, below which no bar is seen.
+const SEEN: f64 = 5e-3;
+
+/// Ends of the error bar of a value that is not negative; `None` if no error is known, or none can be
+/// seen. `error` has the unit of the value.
+pub fn error_bar(value: f64, error: Option<f64>) -> Option<[f64; 2]> {
+    let error = error.filter(|error| *error > SEEN * value.abs())?;
+    Some([(value - error).max(0.0), value + error])
+}
+
 /// Draws the series on their axes.
 ///
 /// # Errors
@@ -228,6 +238,14 @@ mod tests {
             count(&text, "<polyline") >= count(&plain, "<polyline") + 6,
             "{text}"
         );
+    }
+
+    #[test]
+    fn an_error_that_cannot_be_seen_has_no_bar() {
+        assert_eq!(error_bar(2.0, None), None);
+        assert_eq!(error_bar(2.0, Some(0.009)), None);
+        assert_eq!(error_bar(2.0, Some(0.5)), Some([1.5, 2.5]));
+        assert_eq!(error_bar(2.0, Some(3.0)), Some([0.0, 5.0]));
     }
 
     /// Number of points of each line of the picture.

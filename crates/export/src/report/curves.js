@@ -68,7 +68,14 @@ function curveChart(place, chosen, peak_hz, state = null) {
     const bounds = error ? passes(own.points).flatMap((pass) => [bound(pass, 1), bound(pass, -1)]) : [];
     const measured = (state?.measured ?? []).map(({ label, x, y }) =>
       line(label, { x, y }, { stroke: colourOf("--measured"), width: 1, points: { show: true, size: 5 } }, scaling === "all"));
-    const lines = [...bounds, ...curves.flatMap(drawnLine), ...measured], data = joined(lines);
+    // Frequencies without a motion are marked at the lower edge.
+    const failed = own.points.x.filter((x, i) => own.points.y[i] == null && !(i > 0 && x === own.points.x[i - 1]));
+    const values = own.points.y.filter((v) => v != null && (v > 0 || !scaling));
+    const edge = scaling && scaling !== "logarithmic" ? 0 : values.reduce((least, v) => Math.min(least, v), values[0] ?? 0);
+    const marks = failed.length === 0 ? [] : [line("no motion found", { x: failed, y: failed.map(() => edge) }, {
+      stroke: colourOf("--orange"), width: 0, value: () => "", points: { show: true, size: 7 },
+    }, false)];
+    const lines = [...bounds, ...curves.flatMap(drawnLine), ...measured, ...marks], data = joined(lines);
     // The ends of the range over starting tractions, the upper one second.
     const ofRange = lines.flatMap(({ kind }, i) => (kind === "tractions" ? [i + 1] : []));
     const columns = data.slice(1).filter((_, i) => lines[i].isScaling);

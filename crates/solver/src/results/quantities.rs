@@ -1,11 +1,10 @@
-//! Quantities of a response: counts, amplitudes and phases, pressures, dissipation, the peak.
+//! Quantities of a response: counts, amplitudes and phases, pressures, dissipation.
 //!
 //! Every sum and maximum over frequencies takes only the frequencies with a motion; the others have
 //! no number here. Values per area are NaN where the area of a pair is unknown. Signs:
 //! [`crate::contact`].
 
 use super::pairs::PairPlace;
-use crate::dlft::peaks::{heights, peak_rise_ratio};
 use crate::dlft::{Branch, CycleStatus, Orbit, PairCycle, PairStatus, Response, StaticState};
 use std::f64::consts::TAU;
 
@@ -204,139 +203,6 @@ pub fn moving_orbits(response: &Response) -> impl Iterator<Item = &Orbit> {
     response.orbits.iter().filter(|o| o.outcome.has_motion())
 }
 
-/// Largest amplitude of a curve.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Peak {
-    /// Position in the curve (for a response: in `orbits`, unconverged ones counted).
-    pub index: usize,
-    /// Frequency of the largest amplitude.
-    pub frequency_hz: f64,
-    /// Largest departure from the mean, m.
-    pub amplitude_m: f64,
-}
-
-/// Largest amplitude of an observation; `None` where no frequency has a motion or there is no such
-/// observation.
-pub fn peak(response: &Response, observation: usize) -> Option<Peak> {
-    let heights = heights(&response.orbits, observation);
-    largest(heights.map(|(index, amplitude_m)| Peak {
-        index,
-        frequency_hz: response.orbits[index].frequency_hz,
-        amplitude_m,
-    }))
-}
-
-/// Returns `true` if the largest amplitude is at an end of a branch of several frequencies: the
-/// curve may continue to rise outside.
-pub fn peak_is_at_an_end(response: &Response, observation: usize) -> bool {
-    let Some(top) = peak(response, observation) else {
-        return false;
-    };
-    let branch = response.branches.get(response.branch_of(top.index));
-    branch.is_some_and(|Branch { points, .. }| {
-        points.len() > 1 && (top.index == points.start || top.index + 1 == points.end)
-    })
-}
-
-/// Relative height of the curve through the highest point and its two neighbours above that point,
-/// which may lie hidden between them: over the frequency, or over the length of a branch that was
-/// followed. `None` at an end of a curve, and beside a frequency without a result.
-pub fn peak_rise(response: &Response, observation: usize) -> Option<f64> {
-    let top = peak(response, observation)?;
-    let branch = response.branches.get(response.branch_of(top.index))?;
-    let curve = (response.curves().into_iter()).find(|curve| curve.contains(&top.index))?;
-    let around = top.index.checked_sub(1)?..top.index + 2;
-    let is_inside = curve.start <= around.start && around.end <= curve.end;
-    let near = response
-        .orbits
-        .get(around.clone())
-        .filter(|near| is_inside && near.iter().all(|orbit| orbit.outcome.has_motion()))?;
-    let place = |(i, orbit): (usize, &Orbit)| {
-        let place = match branch.lengths.get(i - branch.points.start) {
-            Some(length) => *length,
-            None => orbit.frequency_hz,
-        };
-        Some((place, *orbit.observed_amplitude.get(observation)?))
-    };
-    let places: Option<Vec<(f64, f64)>> = around.zip(near).map(place).collect();
-    peak_rise_ratio(places?.try_into().ok()?)
-}
-
-/// An amplitude jumps where it changes by more than this fraction of the larger one, ...
-const JUMP: f64 = 0.1;
-/// ... and so many times as fast as on either side.
-const ABRUPT: f64 = 3.0;
-
-/// Two neighbouring frequencies of a grid between which an amplitude jumps, Hz; the first ones from
-/// below. The curve may fold there, and the grid go over from one motion to another. `None` for
-/// branches that were followed: their folds are known.
-pub fn jump_hz(response: &Response, observation: usize) -> Option<[f64; 2]> {
-    let four = (response.orbits.windows(4)).filter(|_| !response.is_followed());
-    four.filter(|four| four.iter().all(|orbit| orbit.outcome.has_motion()))
-        .find(|four| {
-            let amplitude = |i: usize| four[i].observed_amplitude.get(observation);
-            let [Some(a), Some(b), Some(c), Some(d)] = [0, 1, 2, 3].map(amplitude) else {
-                return false;
-            };
-            let rate = |i: usize, change: f64| {
-                change.abs() / (four[i + 1].frequency_hz - four[i].frequency_hz)
-            };
-            let beside = rate(0, b - a).max(rate(2, d - c));
-            (c - b).abs() > JUMP * b.max(*c) && rate(1, c - b) > ABRUPT * beside
-        })
-        .map(|four| [1, 2].map(|i| four[i].frequency_hz))
-}
-
-/// Local maximum of an amplitude over frequency.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[non_exhaustive]
-pub struct LocalPeak {
-    /// Position in `orbits`, frequency and amplitude.
-    pub at: Peak,
-    /// Ratio of the energy spent in a period to 2 pi times the largest stored one, P / (w 2 E) with
-    /// the mean kinetic energy E. It is twice the damping ratio of a linear mode there; its inverse
-    /// is the quality factor. `None` where nothing moves.
-    pub loss_factor: Option<f64>,
-}
-
-/// A maximum that exceeds one of the two minima beside it by less than this fraction does not
-/// count.
-const PROMINENT: f64 = 0.01;
-
-/// Local maxima of an observation inside of each branch, in the order in which it runs.
-pub fn local_peaks(response: &Response, observation: usize) -> Vec<LocalPeak> {
-    let of = |branch: &Branch| local_peaks_of(response, branch, observation);
-    response.branches.iter().flat_map(of).collect()
-}
-
-fn local_peaks_of(response: &Response, branch: &Branch, observation: usize) -> Vec<LocalPeak> {
-    let heights = heights(&response.orbits, observation);
-    let heights = heights.filter(|(index, _)| branch.points.contains(index));
-    let heights: Vec<(usize, f64)> = heights.collect();
-    let local = |i: usize| -> Option<LocalPeak> {
-        let (index, amplitude_m) = heights[i];
-        // The lowest point on the way to a higher one, or to the end of the range.
-        let valley = |side: &mut dyn Iterator<Item = &(usize, f64)>| {
-            let lower = side.take_while(|(_, a)| *a <= amplitude_m);
-            lower.map(|(_, a)| *a).reduce(f64::min)
-        };
-        let before = valley(&mut heights[..i].iter().rev())?;
-        let after = valley(&mut heights[i + 1..].iter())?;
-        // The first of equal ones.
-        let repeats = i > 0 && heights[i - 1].1 == amplitude_m;
-        let orbit = &response.orbits[index];
-        (before.max(after) < (1.0 - PROMINENT) * amplitude_m && !repeats).then(|| LocalPeak {
-            at: Peak {
-                index,
-                frequency_hz: orbit.frequency_hz,
-                amplitude_m,
-            },
-            loss_factor: loss_factor(orbit),
-        })
-    };
-    (0..heights.len()).filter_map(local).collect()
-}
-
 /// Mass of an oscillator that vibrates with an observed amplitude and has the kinetic energy of the
 /// orbit: the modal mass of the motion at that point, kg. `None` where it does not move.
 pub fn modal_mass_kg(orbit: &Orbit, observation: usize) -> Option<f64> {
@@ -349,37 +215,6 @@ pub fn modal_mass_kg(orbit: &Orbit, observation: usize) -> Option<f64> {
 pub fn loss_factor(orbit: &Orbit) -> Option<f64> {
     let stored_w = TAU * orbit.frequency_hz * 2.0 * orbit.kinetic_energy_j;
     (stored_w > 0.0).then(|| (orbit.friction_power_w + orbit.viscous_power_w) / stored_w)
-}
-
-/// Largest amplitude of the linear reference in the range of the response; its index counts in
-/// `linear_curve`.
-pub fn linear_peak(response: &Response, observation: usize) -> Option<Peak> {
-    let points = response.linear_curve.iter().enumerate();
-    largest(points.filter_map(|(index, s)| {
-        let amplitude_m = *s.observed_amplitude.get(observation)?;
-        Some(Peak {
-            index,
-            frequency_hz: s.frequency_hz,
-            amplitude_m,
-        })
-    }))
-}
-
-/// Returns `true` if the largest linear amplitude is at an end of a range of several frequencies:
-/// the linear resonance may lie outside, and a comparison with it is not one with a peak.
-pub fn linear_peak_is_at_an_end(response: &Response, observation: usize) -> bool {
-    let last = response.linear_curve.len().saturating_sub(1);
-    let top = linear_peak(response, observation).filter(|top| top.amplitude_m > 0.0);
-    last > 0 && top.is_some_and(|top| top.index == 0 || top.index == last)
-}
-
-/// Peak amplitude over the linear peak: 1 where friction changes nothing, 0.3 where it leaves 30 %.
-pub fn peak_ratio(response: &Response, observation: usize) -> Option<f64> {
-    let (with, without) = (
-        peak(response, observation)?,
-        linear_peak(response, observation)?,
-    );
-    (without.amplitude_m > 0.0).then(|| with.amplitude_m / without.amplitude_m)
 }
 
 /// Amplitude of the linear reference at exactly this frequency, m, if it was computed there.
@@ -419,18 +254,6 @@ pub fn energy_balance_error(orbit: &Orbit) -> Option<f64> {
 
 fn area_m2(pair: &impl PairPlace) -> f64 {
     pair.area_m2().unwrap_or(f64::NAN)
-}
-
-fn largest(points: impl Iterator<Item = Peak>) -> Option<Peak> {
-    points
-        .filter(|p| p.amplitude_m.is_finite())
-        .reduce(|best, p| {
-            if p.amplitude_m > best.amplitude_m {
-                p
-            } else {
-                best
-            }
-        })
 }
 
 #[cfg(test)]
@@ -509,16 +332,6 @@ mod tests {
         }
     }
 
-    /// Response of frequencies that were swept, each with an amplitude.
-    fn swept(points: &[(f64, f64)]) -> Response {
-        let converged = |(f, a): &(f64, f64)| orbit(*f, Outcome::Converged, *a);
-        Response {
-            orbits: points.iter().map(converged).collect(),
-            branches: vec![Branch::swept(points.len())],
-            ..response()
-        }
-    }
-
     #[test]
     fn a_pair_that_is_open_at_rest_does_not_separate() {
         let statuses = [CycleStatus::Open, CycleStatus::Closing];
@@ -552,37 +365,6 @@ mod tests {
     }
 
     #[test]
-    fn a_peak_that_missed_its_accuracy_is_one() {
-        let mut response = response();
-        response.orbits[1] = orbit(20.0, Outcome::AccuracyNotReached, 3.0);
-        assert!(peak_rise(&response, 0).is_some_and(|rise| rise > 0.0));
-        assert_eq!(peak(&response, 0).map(|p| p.index), Some(1));
-        assert_eq!(moving_orbits(&response).count(), 3);
-    }
-
-    #[test]
-    fn a_curve_of_a_grid_jumps_where_it_changes_far_faster_than_on_either_side() {
-        let on_grid = |amplitudes: &[f64]| {
-            let numbered = amplitudes.iter().enumerate();
-            let points = numbered.map(|(i, a)| (10.0 + i as f64, *a));
-            swept(&points.collect::<Vec<_>>())
-        };
-        let jump = |amplitudes: &[f64]| jump_hz(&on_grid(amplitudes), 0);
-        assert_eq!(jump(&[1.0, 1.2, 0.3, 0.25]), Some([11.0, 12.0]));
-        assert_eq!(jump(&[0.3, 0.25, 1.2, 1.0]), Some([11.0, 12.0]));
-        // A resonance, a jump too small to be seen, one beside an end.
-        assert_eq!(jump(&[1.0, 2.0, 6.0, 3.5, 2.0]), None);
-        assert_eq!(jump(&[1.0, 1.0, 1.04, 1.04]), None);
-        assert_eq!(jump(&[1.2, 0.3, 0.25]), None);
-        let mut failed = on_grid(&[1.0, 1.2, 0.3, 0.25]);
-        failed.orbits[3].outcome = Outcome::Stagnated;
-        assert_eq!(jump_hz(&failed, 0), None);
-        let mut followed = on_grid(&[1.0, 1.2, 0.3, 0.25]);
-        followed.branches[0].lengths = vec![0.0, 0.1, 0.2, 0.3];
-        assert_eq!(jump_hz(&followed, 0), None);
-    }
-
-    #[test]
     fn phasors_rebuild_the_signal() {
         let coefficients = [0.7, -1.0, 2.0, 0.5, -0.25, 0.0, -3.0];
         let phasors = phasors(&coefficients);
@@ -606,58 +388,14 @@ mod tests {
     }
 
     #[test]
-    fn means_and_peak_leave_out_what_did_not_converge() {
+    fn means_leave_out_what_did_not_converge() {
         let swept = sweep_fields(&response(), 3);
         assert_eq!(swept.points, 2);
         assert_eq!(swept.friction_power_mean_w, [3.0, 2.0, 0.0]);
         assert_eq!(swept.opening_share, [1.0, 0.0, 0.0]);
         assert_eq!(swept.separates, [true, false, false]);
-        let top = peak(&response(), 0).unwrap();
-        assert_eq!(
-            (top.index, top.frequency_hz, top.amplitude_m),
-            (2, 30.0, 2.0)
-        );
-        assert_eq!(linear_peak(&response(), 0).unwrap().frequency_hz, 20.0);
-        assert_eq!(peak_ratio(&response(), 0), Some(0.25));
-        assert_eq!(peak(&response(), 1), None);
         assert_eq!(linear_amplitude(&response(), 30.0, 0), Some(2.0));
         assert_eq!(linear_amplitude(&response(), 30.5, 0), None);
-    }
-
-    #[test]
-    fn every_peak_that_stands_out_is_listed_with_its_losses() {
-        // A shoulder at 22, a ripple of half a percent at 42, two equal points at 52 and 53, a rise
-        // to the end.
-        let curve = [
-            (10.0, 1.0),
-            (20.0, 5.0),
-            (21.0, 4.0),
-            (22.0, 4.0),
-            (30.0, 2.0),
-            (40.0, 2.5),
-            (41.0, 2.49),
-            (42.0, 2.495),
-            (50.0, 1.0),
-            (52.0, 3.0),
-            (53.0, 3.0),
-            (60.0, 2.0),
-            (70.0, 9.0),
-        ];
-        let mut listed = swept(&curve);
-        // A frequency without a result is passed over.
-        listed
-            .orbits
-            .insert(1, orbit(15.0, Outcome::Stagnated, 99.0));
-        listed.branches = vec![Branch::swept(listed.orbits.len())];
-        let peaks = local_peaks(&listed, 0);
-        let found: Vec<(usize, f64)> = peaks
-            .iter()
-            .map(|p| (p.at.index, p.at.frequency_hz))
-            .collect();
-        assert_eq!(found, [(2, 20.0), (6, 40.0), (10, 52.0)]);
-        // 6 W of losses; 2 E = 0.5 J.
-        let expected = 6.0 / (TAU * 20.0 * 0.5);
-        assert!((peaks[0].loss_factor.unwrap() / expected - 1.0).abs() < 1e-12);
     }
 
     #[test]
@@ -725,55 +463,6 @@ mod tests {
         assert_eq!(largest_of_pairs(&[-1e-18, -2.0]), Some(0.0));
         assert_eq!(largest_of_pairs(&[1.0, f64::NAN]), None);
         assert_eq!(largest_of_pairs(&[]), None);
-    }
-
-    #[test]
-    fn a_parabola_is_found_between_the_points() {
-        // 4 - (f - 21)^2 / 1000, on a grid of unequal steps.
-        let amplitude = |f: f64| 4.0 - (f - 21.0).powi(2) / 1000.0;
-        let mut curve = swept(&[5.0, 10.0, 20.0, 33.0, 40.0].map(|f| (f, amplitude(f))));
-        let rise = peak_rise(&curve, 0).unwrap();
-        assert!(
-            (rise - (4.0 / amplitude(20.0) - 1.0)).abs() < 1e-12,
-            "{rise}"
-        );
-        assert!(!peak_is_at_an_end(&curve, 0));
-        curve.orbits[3].outcome = Outcome::Stagnated;
-        assert_eq!(peak_rise(&curve, 0), None);
-        curve.orbits.drain(..2);
-        curve.branches = vec![Branch::swept(3)];
-        assert!(peak_is_at_an_end(&curve, 0));
-        assert_eq!(peak_rise(&curve, 0), None);
-        curve.orbits.truncate(1);
-        curve.branches = vec![Branch::swept(1)];
-        assert!(!peak_is_at_an_end(&curve, 0));
-    }
-
-    #[test]
-    fn a_linear_curve_that_rises_to_an_end_has_no_peak_inside() {
-        let mut curve = response();
-        assert!(!linear_peak_is_at_an_end(&curve, 0));
-        curve.linear_curve.truncate(2);
-        assert!(linear_peak_is_at_an_end(&curve, 0));
-        curve.linear_curve.truncate(1);
-        assert!(!linear_peak_is_at_an_end(&curve, 0));
-        let mut still = response();
-        for point in &mut still.linear_curve {
-            point.observed_amplitude = vec![0.0];
-        }
-        assert!(!linear_peak_is_at_an_end(&still, 0));
-    }
-
-    #[test]
-    fn of_equal_points_the_first_is_the_peak_and_nothing_has_no_ratio() {
-        let mut level = response();
-        level.orbits[2].observed_amplitude = vec![1.0];
-        assert_eq!(peak(&level, 0).unwrap().index, 0);
-        let mut still = response();
-        for point in &mut still.linear_curve {
-            point.observed_amplitude = vec![0.0];
-        }
-        assert_eq!(peak_ratio(&still, 0), None);
     }
 
     #[test]

@@ -114,7 +114,11 @@ fn peak_at(
         at.settings.frequencies_hz = of_crossing(range).to_vec();
         match at.find(None, observation, session, &tell) {
             Ok(orbit) => return Ok(at.row(orbit, observation)),
-            Err(error @ (Error::NoPeak | Error::PeakOutside { .. })) => last = error,
+            Err(
+                error @ (Error::NoPeak
+                | Error::PeakOutside { .. }
+                | Error::ResonanceNotComputed { .. }),
+            ) => last = error,
             Err(error) => return Err(error),
         }
         session.check_running()?;

@@ -237,9 +237,19 @@ pub enum Error {
     /// The curve has no motion, and therefore no peak.
     #[error("no motion was found in the range of frequencies")]
     NoPeak,
-    /// The largest amplitude is at an end of a curve: that of the range, or one behind which the curve
-    /// could not be followed.
-    #[error("the amplitude still rises at {frequency_hz:.3} Hz, where the curve ends")]
+    /// No motion is known at frequencies at which the resonance may be
+    /// ([`uncomputed_resonance`](crate::results::peak::uncomputed_resonance)).
+    #[error(
+        "the resonance was not computed: no motion is known from {from_hz:.3} to {to_hz:.3} Hz"
+    )]
+    ResonanceNotComputed {
+        /// First frequency of the stretch, Hz.
+        from_hz: f64,
+        /// Last frequency of the stretch, Hz.
+        to_hz: f64,
+    },
+    /// The largest amplitude is at an end of the range.
+    #[error("the amplitude still rises at {frequency_hz:.3} Hz, where the range ends")]
     PeakOutside {
         /// Frequency of that end, Hz.
         frequency_hz: f64,

@@ -60,7 +60,7 @@ pub use reactions::{PeakMotion, peak_forces, static_forces};
 pub use records::{RecordInputs, RecordKey, Recorded, ResponseInputs};
 pub use reduced::{Observed, ReducedScene};
 pub use reducing::PlannedReduction;
-pub use response::{check_in_phase, check_one_speed, check_undamped_modes};
+pub use response::{check_one_speed, check_undamped_modes};
 pub use session::{Event, Observer, Session, Stage, StageEnd, Store};
 pub use statics::load_path;
 pub use stress::{PLACES, PeakStress, peak_stress};
@@ -351,7 +351,7 @@ pub fn reduce(
     meshes: Meshes,
     session: &Session<'_>,
 ) -> Result<CondensedAssembly, Error> {
-    check_in_phase(scene, "a reduced model for other programs")?;
+    response::check_in_phase(scene, "a reduced model for other programs")?;
     let assembly = scene.assembly().ok_or(Error::NoMesh)?;
     let (of_one_newton, force_n) = normalise_forces(assembly);
     let mut excited = scene.clone();

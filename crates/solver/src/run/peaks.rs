@@ -22,7 +22,7 @@ use crate::dlft::sweep::{SweepSettings, SweepState, solve_after};
 use crate::dlft::{Orbit, SolvedFrequency, SweepProgress};
 use crate::problem::dynamic_stiffness::ContactSystem;
 use crate::results::far_slip::ShorterSides;
-use crate::results::quantities::peak;
+use crate::results::peak::{largest_amplitude, uncomputed_resonance};
 use dovetail_numerics::memory;
 use std::ops::Range;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -362,7 +362,11 @@ impl<E: From<Error>, F: Fn(f64) -> Result<Scene, E>> Search<'_, '_, F> {
                 None => self.find(value, None)?,
             };
             // The peak that was followed may not be the highest point of the curve.
-            if !matches!(peak, Err(Error::PeakOutside { .. })) {
+            let is_unknown = matches!(
+                peak,
+                Err(Error::PeakOutside { .. } | Error::ResonanceNotComputed { .. })
+            );
+            if !is_unknown {
                 others.extend(peak);
                 break;
             }
@@ -520,7 +524,10 @@ fn highest(
     let mut settings = at.settings.clone();
     settings.estimates = matches!(settings.resolution, Resolution::Accuracy(_));
     let mut curve = follow(problem, at.damping, &at.state, &settings, &[], tell);
-    let top = peak(&curve, observation).ok_or(Error::NoPeak)?;
+    let top = largest_amplitude(&curve, observation).ok_or(Error::NoPeak)?;
+    if let Some([from_hz, to_hz]) = uncomputed_resonance(&curve, observation) {
+        return Err(Error::ResonanceNotComputed { from_hz, to_hz });
+    }
     let is_end = |c: Range<usize>| top.index == c.start || top.index + 1 == c.end;
     if (curve.curves().into_iter()).any(|c| c.contains(&top.index) && is_end(c)) {
         let frequency_hz = top.frequency_hz;

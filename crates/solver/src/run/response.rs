@@ -29,7 +29,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 ///
 /// # Errors
 /// [`Error::NotInPhase`], [`Error::WithInfluence`].
-pub fn check_in_phase(scene: &Scene, task: &'static str) -> Result<(), Error> {
+pub(super) fn check_in_phase(scene: &Scene, task: &'static str) -> Result<(), Error> {
     let disc = scene.assembly().and_then(|a| a.cyclic.as_ref());
     match disc {
         Some(disc) if disc.engine_order % disc.sectors > 0 => Err(Error::NotInPhase {

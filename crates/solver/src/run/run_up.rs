@@ -21,7 +21,7 @@ use crate::dlft::sweep::{SweepState, solve_after};
 use crate::dlft::{Branch, LinearPoint, Orbit, Outcome, Response, SolvedFrequency, SweepProgress};
 use crate::problem::dynamic_stiffness::ContactSystem;
 use crate::results::far_slip::ShorterSides;
-use crate::results::quantities::peak;
+use crate::results::peak::peak;
 use crate::results::small::AssemblySizes;
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;

@@ -13,7 +13,7 @@ use crate::dlft::starting_traction::starting_tractions;
 use crate::dlft::sweep::sweep;
 use crate::dlft::{Response, SweepProgress};
 use crate::results::far_slip::ShorterSides;
-use crate::results::quantities::{local_peaks, peak};
+use crate::results::peak::{local_peaks, peak};
 
 /// Responses from `scene.static_state.starting_tractions` tractions other than that of the load path,
 /// whose response is `response`; `None` where the scene asks for none, or has no pairs.

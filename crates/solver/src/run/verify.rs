@@ -17,7 +17,7 @@ use crate::dlft::{Orbit, Response};
 use crate::integration::compare::{Comparison, IntegrationStart, compare};
 use crate::integration::steady::{MOST_STEPS_IN_ALL, Until};
 use crate::reduction::StuckModes;
-use crate::results::quantities::peak;
+use crate::results::peak::largest_amplitude;
 
 /// Most frequencies of the response in which the peak is searched.
 const MOST_POINTS: usize = 81;
@@ -249,10 +249,10 @@ fn motions_at(asked_hz: &[f64], response: &Response) -> Result<Vec<usize>, Error
     }
 }
 
-/// Positions of the peak, and of the first frequency with a motion on each side below [`FLANK`] of
+/// Positions of the largest amplitude, and of the first frequency with a motion on each side below [`FLANK`] of
 /// it; all motions where nothing is observed.
 fn peak_and_flanks(response: &Response) -> Vec<usize> {
-    let Some(top) = peak(response, 0) else {
+    let Some(top) = largest_amplitude(response, 0) else {
         let has_motion = |i: &usize| response.orbits[*i].outcome.has_motion();
         return (0..response.orbits.len()).filter(has_motion).collect();
     };

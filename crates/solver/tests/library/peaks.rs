@@ -11,7 +11,7 @@ use dovetail_solver::description::{
 use dovetail_solver::dlft::settings::Resolution;
 use dovetail_solver::excitation::NamedExcitation;
 use dovetail_solver::reduced::{Load, ObservedPoint, ReducedModel};
-use dovetail_solver::results::quantities::peak;
+use dovetail_solver::results::peak::peak;
 use dovetail_solver::run::{self, Error, Options, PeakRange, Peaks, Session, peaks as peaks_over};
 use dovetail_solver::superelement::{NamedContact, Superelement};
 use faer::Mat;

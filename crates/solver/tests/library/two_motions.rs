@@ -10,7 +10,7 @@ use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
 use dovetail_solver::dlft::{Response, SecondMotion};
 use dovetail_solver::problem::{HarmonicLoad, Problem};
 use dovetail_solver::reduced::{Load, ObservedPoint, ReducedModel};
-use dovetail_solver::results::quantities::{jump_hz, peak};
+use dovetail_solver::results::peak::{jump_hz, peak};
 use faer::Mat;
 use std::f64::consts::TAU;
 

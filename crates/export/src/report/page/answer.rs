@@ -9,7 +9,7 @@ use crate::manifest::{
     TractionCheck, Verdict,
 };
 use crate::warning::{LARGE_ERROR, LARGE_STRESS_ERROR, Weight};
-use crate::words::{bounded, cycle_counts, figure, percent, quantity, supported_digits};
+use crate::words::{bounded, capital, cycle_counts, figure, percent, quantity, supported_digits};
 use dovetail_solver::run::Observed;
 
 /// Relative change of the peak above which the report points it out.
@@ -42,10 +42,13 @@ pub(super) fn answer(contents: &Contents<'_>) -> Markup {
                     (pair_card(&response.first))
                     (joint(response))
                 }
-                (observed_peaks(contents, response))
+            } @else if let Some(words) = response.first.not_computed_words() {
+                p.warning { (capital(&words)) "." (largest_found(response)) }
+                div.cards { (linear_comparison(response)) }
             } @else {
-                p { "No frequency converged, so that there is no peak." }
+                p { "No frequency converged, so there is no peak." }
             }
+            (observed_peaks(contents, response))
             h3 { "Can this be trusted?" }
             (trust(contents, response))
         }
@@ -86,6 +89,18 @@ fn linear_comparison(response: &ResponseSummary) -> Markup {
     )
 }
 
+/// Sentence on the largest amplitude that was found where the resonance was not computed.
+fn largest_found(response: &ResponseSummary) -> Markup {
+    let Some(amplitude) = response.first.largest_amplitude_m else {
+        return html! {};
+    };
+    let at_hz = response.first.largest_amplitude_frequency_hz;
+    html! {
+        " The largest amplitude that was found, " (quantity(amplitude, "m", 3)) " at " (place(response, at_hz))
+        ", need not be the peak."
+    }
+}
+
 /// Table of the peaks of all observations, if there are several.
 fn observed_peaks(contents: &Contents<'_>, response: &ResponseSummary) -> Markup {
     if contents.observations.len() < 2 {
@@ -105,7 +120,10 @@ fn observed_peaks(contents: &Contents<'_>, response: &ResponseSummary) -> Markup
             response.peaks_of(contents.observations),
             &[
                 ("", &|(one, _)| one.name.clone()),
-                ("peak", &|(one, peak)| peak.amplitude_words(one.quantity.unit()).unwrap_or_default()),
+                ("peak", &|(one, peak)| {
+                    let words = peak.amplitude_words(one.quantity.unit());
+                    words.unwrap_or_else(|| "not computed".to_owned())
+                }),
                 ("error", &|(_, peak)| peak.error_words().unwrap_or_default()),
                 ("at", &|(_, peak)| place(response, peak.peak_frequency_hz)),
                 ("linear", &|row| linear(row).unwrap_or_default()),
@@ -213,6 +231,9 @@ fn trust(contents: &Contents<'_>, response: &ResponseSummary) -> Markup {
             (line(converged, &html! {
                 (response.converged_points) " of " (response.points) " frequencies converged."
             }))
+            @if let Some(words) = response.first.not_computed_words() {
+                (line(false, &html! { (capital(&words)) "." }))
+            }
             @if response.first.peak_at_end_of_range {
                 (line(false, &html! {
                     "The largest amplitude is at an end of the range: the curve may go on rising outside."
