@@ -107,7 +107,7 @@ fn untried_hz(
     let is_untried = |point: &usize| !solved.contains_key(point);
     let mut untried = (0..frequencies_hz.len()).filter(is_untried);
     let from = untried.next()?;
-    let to = untried.last().unwrap_or(from);
+    let to = untried.next_back().unwrap_or(from);
     let before = from.checked_sub(1).and_then(|i| frequencies_hz.get(i));
     let after = frequencies_hz.get(to + 1);
     Some([*before.unwrap_or(first), *after.unwrap_or(last)])

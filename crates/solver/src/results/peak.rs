@@ -402,7 +402,8 @@ mod tests {
     fn what_failed_counts_between_the_two_peaks_and_beside_the_largest_amplitude() {
         let (o, x) = (|a: f64| Some(a), None);
         // Amplitudes at 10, 20, ... Hz, the linear peak, and the frequencies without a resonance.
-        let cases: [(&[Option<f64>], f64, Option<[f64; 2]>); 14] = [
+        type Case<'a> = (&'a [Option<f64>], f64, Option<[f64; 2]>);
+        let cases: [Case<'_>; 14] = [
             (&[o(1.0), o(3.0), o(2.0), o(1.0)], 25.0, None),
             // Far from both.
             (&[x, o(1.0), o(3.0), o(2.0), o(1.0), x], 35.0, None),
