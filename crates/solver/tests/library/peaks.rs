@@ -186,17 +186,19 @@ fn a_force_is_found_whose_peak_has_an_amplitude() {
     assert!(none.reached.is_empty());
 }
 
-/// The range ends below the second resonance, and the curve does so while it rises at the largest
-/// force.
+/// The range ends below the second resonance. Under the largest force the curve rises to where no
+/// motion is found any more, and to the end of a shorter range.
 #[test]
 fn a_value_without_a_peak_in_the_range_is_noted_with_its_reason() {
-    let scene_at = |force_n: f64| {
-        let mut scene = scene(force_n);
-        scene.response.range = FrequencyRange::Hz {
-            from_hz: 0.1,
-            to_hz: 0.19,
-        };
-        Ok::<_, Error>(scene)
+    let scene_to = |to_hz: f64| {
+        move |force_n: f64| {
+            let mut scene = scene(force_n);
+            scene.response.range = FrequencyRange::Hz {
+                from_hz: 0.1,
+                to_hz,
+            };
+            Ok::<_, Error>(scene)
+        }
     };
     let range = PeakRange {
         values: &[0.02, 0.03, 1.0],
@@ -207,17 +209,30 @@ fn a_value_without_a_peak_in_the_range_is_noted_with_its_reason() {
     };
     let (mut observer, mut store) = ((), ());
     let session = Session::new(&mut observer, &mut store);
-    let found = peaks_over(&range, scene_at, element().into(), &session).unwrap();
+    let found = peaks_over(&range, scene_to(0.19), element().into(), &session).unwrap();
     assert_eq!(found.rows.len(), 2);
     let [(value, error)] = &found.missing[..] else {
         panic!("{:?}", found.missing);
     };
     assert_eq!(*value, 1.0);
+    let is_lost = |error: &Error| {
+        matches!(error, Error::ResonanceNotComputed { from_hz, to_hz }
+            if (0.17..0.19).contains(from_hz) && *to_hz == 0.19)
+    };
+    assert!(is_lost(error), "{error}");
+    let shorter = PeakRange {
+        values: &[1.0],
+        ..range.clone()
+    };
+    let found = peaks_over(&shorter, scene_to(0.13), element().into(), &session).unwrap();
+    let [(_, error)] = &found.missing[..] else {
+        panic!("{:?}", found.missing);
+    };
     assert!(matches!(error, Error::PeakOutside { .. }), "{error}");
     let other = PeakRange {
         observation: Some("hub"),
         ..range
     };
-    let refused = peaks_over(&other, scene_at, element().into(), &session);
+    let refused = peaks_over(&other, scene_to(0.19), element().into(), &session);
     assert!(matches!(refused, Err(Error::NoObservation { .. })));
 }
