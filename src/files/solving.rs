@@ -87,7 +87,7 @@ impl Solving {
     }
 }
 
-/// Frequencies between which none was tried yet, Hz, with the solved ones beside them.
+/// Solved frequencies between which none was tried yet, Hz.
 fn untried_hz(
     frequencies_hz: &[f64],
     solved: &BTreeMap<usize, SolvedFrequency>,

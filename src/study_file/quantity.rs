@@ -219,7 +219,7 @@ pub mod tests {
         assert_eq!(words.collect::<Vec<_>>()[..3], expected);
     }
 
-    /// An error is relative to an amplitude, and that of a power has its unit.
+    /// The error of an amplitude is relative, and the error of a power has the unit of the power.
     #[test]
     fn figures_have_the_errors_of_the_peak() {
         let response = ResponseSummary {

@@ -70,7 +70,7 @@ fn a_frequency_that_takes_longer_than_is_allowed_is_given_up() {
         "response.points=5",
     ];
     let stderr = told(scene_command("run", JENKINS, &folder, &set), 3);
-    let warning = "5 of 5 frequencies were given up after response.most_seconds_per_frequency";
+    let warning = "at 5 of 5 frequencies (1.00000 to 1.10000 Hz) the search for a motion was given up after response.most_seconds_per_frequency";
     has(&stderr, warning);
     let response = &summary(&folder)["response"];
     assert_eq!(response["converged_points"], 0);
@@ -407,7 +407,8 @@ fn an_accuracy_that_is_not_reached_is_a_result_that_is_marked_wherever_it_is_see
         "response.points=3",
     ];
     let stderr = told(scene_command("run", DEN_HARTOG, &folder, &set), 3);
-    let warning = "warning: at 1 of 3 frequencies the error is estimated above the accuracy";
+    let warning =
+        "warning: at 1 of 3 frequencies (0.750000 Hz) the error is estimated above the accuracy";
     has(&stderr, warning);
 
     let rows = rows(&folder.join("response.csv"));

@@ -27,7 +27,7 @@ const MOST_FORCES: usize = 200;
 /// Share of their own size that keeps forces which are nearly alike from growing without limit.
 const RIDGE: f64 = 1e-12;
 
-/// Motions that contact alone opposes, and the work of the loads along them.
+/// Motions that only contact opposes, and the work of the loads along them.
 #[derive(Debug)]
 pub(super) struct SlowExcitation {
     /// Orthonormal motions, n entries each.
@@ -41,9 +41,8 @@ pub(super) struct SlowExcitation {
 }
 
 impl SlowExcitation {
-    /// Test of the excitations of a problem. `motions` are those of the sector that contact alone
-    /// opposes, orthonormal, and `retained` the ones along which the mean may be retained: these do not
-    /// count.
+    /// Test of the excitations of a problem. `motions` are the motions of the sector that only contact
+    /// opposes, orthonormal. Motions along which the mean may be retained, `retained`, do not count.
     pub(super) fn new(problem: &Problem, motions: Vec<Vec<f64>>, retained: &[Vec<f64>]) -> Self {
         let work = |on_x: &[f64]| works(&motions, on_x);
         let excited = |load: &HarmonicLoad| [&load.cosine, &load.sine].map(|p| work(&p.on_x));
@@ -171,7 +170,7 @@ fn works(motions: &[Vec<f64>], on_x: &[f64]) -> Vec<f64> {
 }
 
 /// Weights above zero with which the forces come nearest to `work`; forces without one are left out
-/// (Lawson and Hanson's step). All weights but the last one are those of the forces before.
+/// (Lawson and Hanson's step). The last force is new, with a weight of 0.
 fn balance(forces: &mut Vec<Vec<f64>>, weights: &mut Vec<f64>, work: &[f64]) {
     while !forces.is_empty() {
         let count = forces.len();
@@ -256,8 +255,7 @@ mod tests {
         }
     }
 
-    /// Returns `true` if the pairs cannot balance forces on X that come on top of those of the static
-    /// state.
+    /// Returns `true` if the pairs cannot balance forces on X in addition to the static state.
     fn exceeds(mut problem: Problem, lambda_static_n: &[f64], on_x: Vec<f64>) -> bool {
         let cosine = Load::new(on_x, vec![]);
         problem.excitations = vec![HarmonicLoad::cosine(1, cosine)];
@@ -323,7 +321,7 @@ mod tests {
     }
 
     /// An elastic force between the pairs, such as that on a blade beside the wedge, moves no body by
-    /// itself: contact can balance it, however large it is beside what presses the pairs.
+    /// itself: contact can balance it, even if it is much larger than the preload.
     #[test]
     fn a_force_that_drives_no_free_motion_is_balanced() {
         let places = [[-1.0, 0.0], [1.0, 0.0]].map(|[x, y]| ([x, y, 0.0], FLAT));

@@ -22,7 +22,7 @@ const LINEAR_DIGITS: usize = 4;
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct ObservedPeak {
     /// Frequencies between which no motion is known although the resonance may be there, Hz. `None`
-    /// if the resonance was computed. Otherwise there is no peak, and no figure of a peak.
+    /// if the resonance was computed. Otherwise all figures of the peak are missing.
     #[serde(default)]
     pub resonance_not_computed_hz: Option<[f64; 2]>,
     /// Largest amplitude that was found; `None` if nothing converged. It is the peak if the resonance
@@ -161,7 +161,7 @@ impl ObservedPeak {
         }
     }
 
-    /// What is known without a peak, if no motion is known between these frequencies, Hz.
+    /// The figures that do not need a peak, if no motion is known between these frequencies, Hz.
     pub(super) fn without_peak(self, unknown_hz: [f64; 2]) -> Self {
         let [from, to] = self.resonance_not_computed_hz.unwrap_or(unknown_hz);
         Self {

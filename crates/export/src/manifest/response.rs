@@ -72,7 +72,7 @@ pub struct ResponseSummary {
 }
 
 impl ResponseSummary {
-    /// The same figures without those of peaks: between these frequencies, Hz, no motion is known.
+    /// The same summary without figures of peaks, if no motion is known between these frequencies, Hz.
     #[must_use]
     pub fn without_peaks(self, unknown_hz: [f64; 2]) -> Self {
         let others = self.other_observations.into_iter();

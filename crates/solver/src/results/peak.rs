@@ -1,8 +1,8 @@
 //! Peak of an observed amplitude, with friction and without, and whether it was computed at all.
 //!
 //! The largest amplitude that was found is a peak only if the curve is known around it and on the
-//! way to the peak of the linear reference. Where frequencies failed there, the largest amplitude is
-//! only what is left: the resonance was not computed ([`uncomputed_resonance`]).
+//! way to the peak of the linear reference. If frequencies failed there, the largest amplitude may be
+//! far below the peak: the resonance was not computed ([`uncomputed_resonance`]).
 
 use super::quantities::loss_factor;
 use crate::dlft::peaks::{heights, peak_rise_ratio};
@@ -82,7 +82,7 @@ pub fn uncomputed_resonance(response: &Response, observation: usize) -> Option<[
     unknown.reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])])
 }
 
-/// Peak of the linear reference that tells where the resonance of an observation is.
+/// Peak of the linear reference at the resonance of an observation.
 fn reference_peak(response: &Response, observation: usize) -> Option<Peak> {
     let points = response.linear_curve.iter();
     let observations = points.map(|point| point.observed_amplitude.len()).max();
@@ -120,8 +120,8 @@ fn unknown_stretches(
     unknown.into_iter()
 }
 
-/// Frequencies from a point of a branch to the next one with a motion, Hz, where a frequency beside
-/// it has none, or the branch was lost there. The ends of the range are no such places.
+/// Frequencies from a point of a branch to the next one with a motion, Hz, if a frequency next to it
+/// has none, or if the branch was lost there. `None` at the ends of the range.
 fn unknown_beside(response: &Response, index: usize) -> Option<[f64; 2]> {
     let orbits = &response.orbits;
     let hz = |i: usize| orbits[i].frequency_hz;
@@ -232,8 +232,8 @@ pub struct LocalPeak {
 /// count.
 const PROMINENT: f64 = 0.01;
 
-/// Local maxima of an observation inside of each branch, in the order in which it runs. A point beside
-/// a frequency without a motion is none: the curve may rise there.
+/// Local maxima of an observation inside of each branch, in the order in which it runs. A point
+/// next to a frequency without a motion does not count: the curve may rise there.
 pub fn local_peaks(response: &Response, observation: usize) -> Vec<LocalPeak> {
     let of = |branch: &Branch| local_peaks_of(response, branch, observation);
     response.branches.iter().flat_map(of).collect()
@@ -407,7 +407,7 @@ mod tests {
             (&[o(1.0), o(3.0), o(2.0), o(1.0)], 25.0, None),
             // Far from both.
             (&[x, o(1.0), o(3.0), o(2.0), o(1.0), x], 35.0, None),
-            // Around the linear peak; on one side of it; only beside the largest amplitude.
+            // Around the linear peak; on one side of it; only next to the largest amplitude.
             (&[o(1.0), o(2.0), x, x, o(1.0)], 35.0, Some([20.0, 50.0])),
             (
                 &[o(1.0), x, o(2.0), o(1.0), o(0.5)],
@@ -562,7 +562,7 @@ mod tests {
             (70.0, 9.0),
         ];
         let mut listed = swept(&curve);
-        // A frequency without a result is passed over, unless it is beside a peak.
+        // A frequency without a result is passed over, unless it is next to a peak.
         listed
             .orbits
             .insert(5, orbit(35.0, Outcome::Stagnated, 99.0));
