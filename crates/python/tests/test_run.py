@@ -169,6 +169,24 @@ def test_frequencies_that_did_not_converge_are_nan_and_the_verdict_raises():
         run.verdict()
 
 
+def test_a_resonance_that_failed_has_no_peak():
+    """With five iterations the resonance fails, and the frequencies next to it have motions."""
+    keys = {"times_first_linear_mode": [0.96, 1.01], "points": 21, "max_newton_iterations": 5}
+    scene = reduced_scene(**keys)
+    del scene["response"]["frequency_hz"]
+    scene["reduced_model"]["force_n"] = 0.3
+    response = dovetail.Scene(scene).run(progress=False, cache=False).response
+    assert response.peak() is None
+    from_hz, to_hz = response.uncomputed_resonance_hz("tip")
+    assert from_hz < response.linear_peak().frequency_hz < to_hz
+    left = response.largest_amplitude()
+    assert left.amplitude_m == np.nanmax(response.amplitude_m[:, 0])
+    scene["response"]["max_newton_iterations"] = 60
+    response = dovetail.Scene(scene).run(progress=False, cache=False).response
+    assert response.uncomputed_resonance_hz() is None
+    assert response.peak().amplitude_m > 1.5 * left.amplitude_m
+
+
 def test_peaks_over_friction_are_those_of_runs_and_reach_an_amplitude(scene):
     del scene["response.points"]
     scene["response.frequency_hz"] = [696.5, 699.5]
