@@ -48,6 +48,9 @@ fn omission(harmonics: usize, finer: usize) -> f64 {
     finer as f64 / (finer - harmonics) as f64
 }
 
+/// Most unknowns of a check that has more than about twice the harmonics.
+const CHEAP_CHECK_UNKNOWNS: usize = 400;
+
 /// Number of levels above the first that are tried where no solution is found on it.
 const MOST_LEVELS_UP: usize = 3;
 
@@ -175,8 +178,10 @@ pub(crate) fn levels(
     let checked = |harmonics: usize, samples: &dyn Fn(usize) -> usize| {
         let mut base_level = level(harmonics, samples(harmonics));
         let unknowns = base_level.grid.eps.len().max(1);
-        let most = (MOST_CHECKED_UNKNOWNS / unknowns).saturating_sub(1) / 2;
-        let further = (4 * harmonics + 3).min(most);
+        let fitting = |limit: usize| (limit / unknowns).saturating_sub(1) / 2;
+        let most = fitting(MOST_CHECKED_UNKNOWNS);
+        let cheap = fitting(CHEAP_CHECK_UNKNOWNS).max(doubled(harmonics));
+        let further = (4 * harmonics + 3).min(cheap).min(most);
         if further > 2 * harmonics {
             let solved = 2 * samples(further).max(samples(harmonics));
             let finest = doubled(further)

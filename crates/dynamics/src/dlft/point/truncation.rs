@@ -14,6 +14,10 @@ use std::sync::Arc;
 /// one.
 pub(crate) const MOST_CHECKED_UNKNOWNS: usize = 800;
 
+/// Most iterations of a balance of more than [`super::MOST_EXACT_UNKNOWNS`] that is solved to judge
+/// another one.
+const MOST_CHECK_ITERATIONS: usize = 12;
+
 /// Relative residual of the linear solves of the estimates.
 const ESTIMATE_TOLERANCE: f64 = 0.05;
 
@@ -227,10 +231,14 @@ impl FrequencySolver<'_> {
             Strategy::FromNeighbour(Method::Exact),
             Strategy::InSharpness,
         ];
-        // Rounded laws take many iterations.
-        let is_small = self.unknowns() <= super::MOST_EXACT_UNKNOWNS;
-        let strategies = &strategies[..if is_small { 2 } else { 1 }];
-        let solved = self.solve_by(strategies, frequency_hz, Some(&start), work);
+        if self.unknowns() <= super::MOST_EXACT_UNKNOWNS {
+            let solved = self.solve_by(&strategies, frequency_hz, Some(&start), work);
+            return solved.is_converged().then_some(solved);
+        }
+        // Rounded laws take many iterations, as does a motion far from the start.
+        let mut quick = self.clone();
+        quick.newton.max_iterations = MOST_CHECK_ITERATIONS;
+        let solved = quick.solve_by(&strategies[..1], frequency_hz, Some(&start), work);
         solved.is_converged().then_some(solved)
     }
 
