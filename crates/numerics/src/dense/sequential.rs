@@ -35,6 +35,17 @@ pub struct Lu<T = f64> {
     factors: Mat<T>,
     forward: Vec<usize>,
     backward: Vec<usize>,
+    /// Number of rows that P exchanges.
+    exchanges: usize,
+}
+
+impl Lu {
+    /// Returns `true` if the determinant is negative.
+    pub fn has_negative_determinant(&self) -> bool {
+        let diagonal = (0..self.factors.nrows()).map(|i| self.factors[(i, i)]);
+        let negative = diagonal.filter(|pivot| *pivot < 0.0).count();
+        (negative + self.exchanges) % 2 == 1
+    }
 }
 
 impl<T: ComplexField> Lu<T> {
@@ -44,7 +55,7 @@ impl<T: ComplexField> Lu<T> {
         let (mut forward, mut backward) = (vec![0_usize; n], vec![0_usize; n]);
         let params = Spec::default();
         let scratch = factor::lu_in_place_scratch::<usize, T>(n, n, Par::Seq, params);
-        factor::lu_in_place(
+        let (info, _) = factor::lu_in_place(
             a.as_mut(),
             &mut forward,
             &mut backward,
@@ -56,6 +67,7 @@ impl<T: ComplexField> Lu<T> {
             factors: a,
             forward,
             backward,
+            exchanges: info.transposition_count,
         }
     }
 
@@ -198,6 +210,14 @@ mod tests {
         close(&by_lu, &a.partial_piv_lu().solve(&b));
         let mut column = vec![1.0; 40];
         Lu::new(a.clone()).solve_column_in_place(&mut column);
+        let mut exchanged = a.clone();
+        for negative in [a.determinant() < 0.0, a.determinant() > 0.0] {
+            assert_eq!(
+                Lu::new(exchanged.clone()).has_negative_determinant(),
+                negative
+            );
+            (0..40).for_each(|j| exchanged.col_as_slice_mut(j).swap(3, 8));
+        }
         let column = Mat::from_fn(40, 1, |i, _| column[i]);
         close(&(&a * &column), &Mat::from_fn(40, 1, |_, _| 1.0));
         let mut by_cholesky = a.clone();

@@ -238,10 +238,12 @@ pub(crate) fn direction(
         corner: vec![vec![across.corner]],
     };
     let mut x = vec![0.0; unknowns + 1];
+    let mut is_negative = None;
     if solver.is_exact() {
         x[unknowns] = 1.0;
-        let matrix = bordered(&formed(balance, &jacobian), &border);
-        Lu::new(matrix).solve_column_in_place(&mut x);
+        let factor = Lu::new(bordered(&formed(balance, &jacobian), &border));
+        factor.solve_column_in_place(&mut x);
+        is_negative = Some(factor.has_negative_determinant());
     } else {
         let linear = work.preconditioner.linear_system(balance, &jacobian);
         let scale = load_scale(balance, solver.newton.tolerance);
@@ -255,7 +257,49 @@ pub(crate) fn direction(
     }
     let abscissa = x.pop()?;
     let is_finite = abscissa.is_finite() && x.iter().all(|v| v.is_finite());
-    is_finite.then_some(Direction { u: x, abscissa })
+    is_finite.then_some(Direction {
+        u: x,
+        abscissa,
+        is_negative,
+    })
+}
+
+/// Most unknowns for which [`orientation`] forms the Jacobian.
+const MOST_ORIENTED_UNKNOWNS: usize = 6500;
+
+/// [`Direction::is_negative`] of a direction with these coefficients at a solution; `None` where it is
+/// not known, or the unknowns are many. Rows of pairs that stick are those of eps, a positive diagonal.
+pub(crate) fn orientation(
+    solvers: Solvers<'_>,
+    at: SolutionAt<'_>,
+    across: &BorderRow,
+) -> Option<bool> {
+    let Solution {
+        balance,
+        u,
+        evaluation,
+        ..
+    } = at.solution;
+    if u.len() > MOST_ORIENTED_UNKNOWNS {
+        return None;
+    }
+    let jacobian = balance.linearise(evaluation);
+    let column = (solvers.over).column(solvers.place_of(at), &jacobian, Use::Direction)?;
+    let border = Border {
+        columns: vec![column],
+        rows: vec![across.row.clone()],
+        corner: vec![vec![across.corner]],
+    };
+    let n = balance.unknowns_per_block();
+    let mut moves = vec![false; n / 3];
+    jacobian.active.iter().for_each(|pair| moves[*pair] = true);
+    let kept: Vec<usize> = (0..u.len())
+        .filter(|i| moves[i % n / 3])
+        .chain([u.len()])
+        .collect();
+    let whole = bordered(&formed(balance, &jacobian), &border);
+    let active = Mat::from_fn(kept.len(), kept.len(), |i, j| whole[(kept[i], kept[j])]);
+    Some(Lu::new(active).has_negative_determinant())
 }
 
 /// Derivatives of the residual, from those of Lambda U - F at constant U, where nothing else depends

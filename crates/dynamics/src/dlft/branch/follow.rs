@@ -101,6 +101,7 @@ impl SweepSolvers<'_> {
             whole.extend(second.reversed());
             return vec![whole];
         }
+        (rising.compared, falling.compared) = (second.abscissae(), first.abscissae());
         rayon::join(|| rising.advance(None), || falling.advance(None));
         if values.is_some() {
             // The other half may have met nothing at the end from which it began.
@@ -175,7 +176,7 @@ impl SweepSolvers<'_> {
 
     /// Returns `true` if two motions at one abscissa have the same vibration: that of what is
     /// observed, or that of the pairs where nothing is. Pairs that stick leave their means open.
-    fn is_same(&self, a: &Orbit, b: &Orbit) -> bool {
+    pub(super) fn is_same(&self, a: &Orbit, b: &Orbit) -> bool {
         if !a.outcome.has_motion() || !b.outcome.has_motion() {
             return false;
         }

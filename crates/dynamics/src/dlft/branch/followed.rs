@@ -51,6 +51,26 @@ impl Followed {
         length.is_some_and(|length| length < MOST_SHORT_STEPS as f64 * SHORT_STEP)
     }
 
+    /// Abscissae of the points at the ends of its steps but the last two: where it passes one of them
+    /// again, another motion is looked for.
+    pub(crate) fn revisitable(&self) -> Vec<f64> {
+        let reached = |p: &&SolvedFrequency| part_of(p) == Some(Part::Reached);
+        let ends = self.points.iter().rev().filter(reached);
+        ends.skip(2).map(SolvedFrequency::abscissa).collect()
+    }
+
+    /// Abscissae of its points.
+    pub(crate) fn abscissae(&self) -> Vec<f64> {
+        self.points.iter().map(SolvedFrequency::abscissa).collect()
+    }
+
+    /// Abscissa of its point that is farthest from one.
+    pub(crate) fn farthest(&self, from: f64) -> f64 {
+        let abscissae = self.abscissae().into_iter();
+        let farthest = abscissae.max_by(|a, b| (a - from).abs().total_cmp(&(b - from).abs()));
+        farthest.unwrap_or(from)
+    }
+
     /// Adds a branch that begins where this one ends.
     pub(crate) fn extend(&mut self, mut on: Self) {
         self.points.pop();
@@ -94,8 +114,7 @@ pub(crate) fn assembled(branches: Vec<Followed>) -> Response {
     let mut response = Response::default();
     for branch in branches {
         let first = response.orbits.len();
-        let abscissae = branch.points.iter().map(SolvedFrequency::abscissa);
-        let abscissae = abscissae.collect();
+        let abscissae = branch.abscissae();
         let points = branch.points.into_iter();
         let (orbits, linear): (Vec<_>, Vec<_>) = points.map(|s| (s.orbit, s.linear)).unzip();
         response.orbits.extend(orbits);

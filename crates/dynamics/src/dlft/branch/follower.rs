@@ -13,9 +13,10 @@ mod tops;
 use self::stretches::STRETCH;
 use super::followed::Followed;
 use super::over::{ContinuationParameter, FrequencyParameter, SolutionAt, Solvers};
-use super::trace::{Course, CurvePoint, CurveSolution, Tracer};
+use super::trace::{Asked, Course, CurvePoint, CurveSolution, Tracer};
 use super::values::Values;
 use crate::dlft::accuracy::Resolved;
+use crate::dlft::orbit::orbit;
 use crate::dlft::point::{Neighbour, Solution, SolverWork};
 use crate::dlft::sweep::{FrequencyOnLevel, NumberedFrequency, SweepSolvers};
 use crate::dlft::{BranchPosition, Orbit, Outcome, Part, SolvedFrequency, SweepProgress};
@@ -39,6 +40,8 @@ pub(crate) struct Follower<'b> {
     asked: Vec<f64>,
     /// `true` for the branch that begins at the last abscissa of the range.
     pub from_last: bool,
+    /// Abscissae of points of another branch: where this one passes them, its motions are compared.
+    pub compared: Vec<f64>,
     /// Branch as far as it is followed.
     pub branch: Followed,
     tracer: Option<Tracer>,
@@ -77,6 +80,7 @@ impl<'b> Follower<'b> {
             course,
             asked: asked.to_vec(),
             from_last,
+            compared: Vec::new(),
             recent: Vec::new(),
             searched: 0.0,
             branch: Followed::default(),
@@ -235,7 +239,25 @@ impl<'b> Follower<'b> {
         self.work.start_counting(run.most_seconds);
         let mut asked = self.asked.clone();
         asked.extend(stop);
-        let step = tracer.step(over, &asked, self.branch.is_stalling(), &mut self.work);
+        let mut compared = self.branch.revisitable();
+        compared.extend(&self.compared);
+        let asked = Asked {
+            each: &asked,
+            last: &compared,
+        };
+        let creeps = self.branch.is_stalling();
+        let step = loop {
+            let mut ahead = tracer.clone();
+            let step = ahead.step(over, &asked, creeps, &mut self.work);
+            if !self.meets_itself(over, &step.passed) {
+                tracer = ahead;
+                break step;
+            }
+            if !tracer.shorten() {
+                self.skip_gap(self.branch.farthest(self.course.from));
+                return false;
+            }
+        };
         let stops = stop.is_some_and(|stop| step.passed.iter().any(|p| p.abscissa == stop));
         let level = self.level;
         let solvers = Solvers { over, level };
@@ -273,6 +295,7 @@ impl<'b> Follower<'b> {
             self.skip_gap(at);
             return false;
         };
+        let resolved = self.with_fewer_harmonics(over, at, resolved);
         if same_mean && resolved.level == self.level {
             self.tracer = Some(tracer);
         } else {
@@ -289,6 +312,69 @@ impl<'b> Follower<'b> {
         self.refine_fold(over);
         self.refine_peaks(over);
         stops
+    }
+
+    /// Returns `true` if one of these solutions is an earlier point of the branch.
+    fn meets_itself(&self, over: &dyn ContinuationParameter, passed: &[CurveSolution]) -> bool {
+        passed.iter().any(|found| {
+            let Solution {
+                balance,
+                u,
+                evaluation,
+                ..
+            } = &found.solution;
+            let frequency_hz = over.frequency_hz(found.abscissa);
+            let orbit = orbit(balance, u, evaluation, frequency_hz, Outcome::Converged);
+            let points = self.branch.points.iter();
+            let mut there = points.filter(|p| p.abscissa() == found.abscissa);
+            there
+                .any(|p| p.orbit.harmonics == orbit.harmonics && self.run.is_same(&p.orbit, &orbit))
+        })
+    }
+
+    /// The solution with the harmonics of the level below, where these are plenty for it, as they were
+    /// for the last point; else the solution itself.
+    fn with_fewer_harmonics(
+        &mut self,
+        over: &dyn ContinuationParameter,
+        abscissa: f64,
+        resolved: Resolved,
+    ) -> Resolved {
+        let (level, lower) = (resolved.level, resolved.next_level);
+        let plenty = |p: &SolvedFrequency| {
+            let Orbit {
+                harmonics,
+                estimated_error,
+                ..
+            } = p.orbit;
+            self.run
+                .refinement
+                .neighbour_level(harmonics, estimated_error)
+                < level
+        };
+        let (Some(refinement), true) = (
+            over.refinement(abscissa),
+            lower < level && self.branch.points.last().is_some_and(plenty),
+        ) else {
+            return resolved;
+        };
+        let (frequency_hz, solved) = (over.frequency_hz(abscissa), &resolved.solved);
+        let near =
+            Neighbour::following(None, frequency_hz, solved.u.clone(), solved.balance.mean());
+        let work = &mut self.work;
+        let found = refinement
+            .level(lower)
+            .solve_from(frequency_hz, &near, work);
+        let at = FrequencyOnLevel {
+            frequency_hz,
+            level: lower,
+        };
+        let found = self.run.judged(&refinement, at, found, work);
+        if found.level < level && found.is_accurate {
+            found
+        } else {
+            resolved
+        }
     }
 
     /// Keeps the last point of the curve, and those before it from which peaks are looked for. An

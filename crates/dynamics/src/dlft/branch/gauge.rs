@@ -35,6 +35,10 @@ pub(crate) struct Direction {
     pub u: Vec<f64>,
     /// Derivative of the abscissa.
     pub abscissa: f64,
+    /// Sign of the determinant of the derivatives of the residual by U and by the abscissa, with the
+    /// direction as the last row: `true` if it is negative. Along a curve it does not change, round
+    /// folds and through corners of the contact law either. `None` where it is not known.
+    pub is_negative: Option<bool>,
 }
 
 /// Change of the motion T and of the abscissa, such as that from one point of a curve to another.
@@ -203,6 +207,7 @@ mod tests {
                 let direction = Direction {
                     u: (0..u.len()).map(|i| (i as f64 * 0.37).sin()).collect(),
                     abscissa: 0.01,
+                    is_negative: None,
                 };
                 let per_hz = Gauge::motion_per_hz(&balance, u, frequency_hz);
                 let gauge = Gauge::new(&balance, u, frequency_hz, per_hz);

@@ -78,6 +78,9 @@ mod tests {
     use crate::dlft::sweep::sweep;
     use crate::dlft::{Outcome, Part};
     use crate::problem::dovetail72::{damping, dovetail72};
+    use crate::problem::{HarmonicLoad, Problem};
+    use crate::reduced::{Load, ObservedPoint, ReducedModel};
+    use faer::Mat;
     use std::collections::HashSet;
     use std::f64::consts::TAU;
     use std::sync::atomic::{AtomicUsize, Ordering};
@@ -220,6 +223,62 @@ mod tests {
             }
             for (a, b) in amplitudes[0].iter().zip(&amplitudes[1]) {
                 assert!((a / b - 1.0).abs() < 1e-6, "{amplitudes:?}");
+            }
+        }
+    }
+
+    /// Three masses of 1 kg in a row on springs of 1 N/m, the last of which rubs under a constant load
+    /// and friction that it takes 1 N to overcome. The difference of two responses never grows.
+    fn rubbing_chain(force_n: f64) -> Problem {
+        let on_pair = |size: f64| vec![0.0, size, 0.0];
+        let diagonal = |along: f64| {
+            let entries = [1.0, along, 1.0];
+            Mat::from_fn(3, 3, |i, j| if i == j { entries[i] } else { 0.0 })
+        };
+        // With the last mass held, two masses move alike and opposite to each other.
+        let root = 0.5_f64.sqrt();
+        let inertia = [root, -root / 3.0];
+        let mut reduced = ReducedModel::new(
+            diagonal(1.0 / 3.0),
+            diagonal(14.0 / 9.0),
+            Mat::from_fn(3, 2, |i, k| on_pair(inertia[k])[i]),
+            vec![1.0, 3.0],
+        );
+        reduced.static_load = Load::new(vec![-4.0, 0.0, 0.0], vec![0.0; 2]);
+        reduced.observations = vec![ObservedPoint::new("last", on_pair(1.0), vec![0.0; 2])];
+        let force = Load::new(on_pair(force_n / 3.0), vec![force_n * root; 2]);
+        Problem {
+            reduced: reduced.into(),
+            laws: vec![PairLaw {
+                stiffness: Some(PairStiffness::new(1.0, 2.0)),
+                ..PairLaw::rigid(0.5, 0.0)
+            }],
+            excitations: vec![HarmonicLoad::cosine(1, force)],
+            modal_ratios: Vec::new(),
+        }
+    }
+
+    /// The response is unique at each frequency. At its superharmonic resonances the curve has corners
+    /// at which it turns by more than a right angle.
+    #[test]
+    fn a_curve_through_sharp_corners_never_runs_back() {
+        for (force_n, per_s) in [(2.0, 0.005), (2.0, 0.02), (4.0, 0.01)] {
+            let problem = rubbing_chain(force_n);
+            let settings = SweepSettings::new(vec![0.04, 0.16], Resolution::fixed(9, 128));
+            let state = static_state(&problem, 1, settings.newton);
+            let damping = Rayleigh::mass_proportional(per_s);
+            let followed = follow(&problem, damping, &state, &settings, &[], &|_| ());
+            let points = curve(&followed);
+            assert_eq!(folds::folds(&followed), [], "{force_n} {per_s}: {points:?}");
+            assert!(points.len() < 150, "{}", points.len());
+            assert_eq!(followed.second_motions, []);
+            // Each point is the solution of its frequency alone.
+            let alone = points.iter().step_by(9).map(|p| p.0).collect();
+            let settings = SweepSettings::new(alone, Resolution::fixed(9, 128));
+            let swept = sweep(&problem, damping, &state, &settings, &[], &|_| ());
+            for (orbit, point) in swept.orbits.iter().zip(points.iter().step_by(9)) {
+                let off = orbit.observed_amplitude[0] / point.1 - 1.0;
+                assert!(off.abs() < 1e-3, "{force_n} {per_s}: {point:?} {off:e}");
             }
         }
     }

@@ -17,19 +17,11 @@ impl Pass<'_> {
         Some([self.0.first()?.0, self.0.last()?.0])
     }
 
-    /// Amplitude of an observation at an abscissa, on the line between two points, and the
-    /// amplitudes of these; `None` outside.
-    fn amplitude_m(&self, abscissa: f64, observation: usize) -> Option<(f64, [f64; 2])> {
-        let above = self.0.partition_point(|p| p.0 < abscissa);
-        let (to_at, to) = *self.0.get(above)?;
-        let to = *to.get(observation)?;
-        if to_at == abscissa {
-            return Some((to, [to; 2]));
-        }
-        let (from_at, from) = *self.0.get(above.checked_sub(1)?)?;
-        let from = *from.get(observation)?;
-        let share = (abscissa - from_at) / (to_at - from_at);
-        Some((from + (to - from) * share, [from, to]))
+    /// Amplitudes of its point at an abscissa; `None` without one.
+    fn amplitudes_m(&self, abscissa: f64) -> Option<&[f64]> {
+        let at = self.0.partition_point(|p| p.0 < abscissa);
+        let (found, amplitudes_m) = self.0.get(at)?;
+        (*found == abscissa).then_some(amplitudes_m)
     }
 }
 
@@ -121,34 +113,30 @@ fn joined(mut ranges: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
     joined
 }
 
-/// Place in a range at which the amplitudes of two motions differ most; `None` where they are alike
-/// everywhere. A point is compared with both points of another pass that its abscissa lies
-/// between: what the curve does between two points is known by a cubic alone.
+/// Abscissa in a range at which the amplitudes of two motions differ most, both of which were solved;
+/// `None` where they are alike everywhere.
 fn widest(passes: &[Pass<'_>], [from, to]: [f64; 2]) -> Option<Several> {
     let mut widest: Option<Several> = None;
     for (i, pass) in passes.iter().enumerate() {
         let inside = pass.0.iter().filter(|p| (from..=to).contains(&p.0));
-        let places = inside.flat_map(|p| p.1.iter().enumerate().map(|(k, a)| (p.0, k, *a)));
-        for (at, observation, own) in places {
-            let others = passes.iter().enumerate().filter(|(j, _)| *j != i);
-            for (_, other) in others {
-                let Some((between, ends)) = other.amplitude_m(at, observation) else {
-                    continue;
-                };
-                let [low, high] = [ends[0].min(ends[1]), ends[0].max(ends[1])];
-                let alike = low - DIFFERENT * low.max(own)..=high + DIFFERENT * high.max(own);
-                let share = |m: &Several| m.other_amplitude_m / m.amplitude_m;
-                let range = Several {
+        for (at, own) in inside {
+            let others = passes[i + 1..]
+                .iter()
+                .filter_map(|other| other.amplitudes_m(*at));
+            let pairs = others.flat_map(|other| own.iter().zip(other).enumerate());
+            for (observation, (own, other)) in pairs {
+                let found = Several {
                     from,
                     to,
-                    at,
+                    at: *at,
                     observation,
-                    amplitude_m: own.max(between),
-                    other_amplitude_m: own.min(between),
+                    amplitude_m: own.max(*other),
+                    other_amplitude_m: own.min(*other),
                 };
-                let is_wider = widest.as_ref().is_none_or(|w| share(&range) < share(w));
-                if !alike.contains(&own) && is_wider {
-                    widest = Some(range);
+                let share = |m: &Several| m.other_amplitude_m / m.amplitude_m;
+                let is_wider = widest.as_ref().is_none_or(|w| share(&found) < share(w));
+                if share(&found) < 1.0 - DIFFERENT && is_wider {
+                    widest = Some(found);
                 }
             }
         }
@@ -196,17 +184,20 @@ mod tests {
         let range = |m: &SecondMotion| (m.from_hz, m.to_hz, m.frequency_hz);
         assert_eq!(
             found.iter().map(range).collect::<Vec<_>>(),
-            [(2.0, 4.0, 4.0)]
+            [(2.0, 4.0, 3.0)]
         );
         assert_eq!(
             (found[0].amplitude_m, found[0].other_amplitude_m),
-            (6.0, 1.0)
+            (5.0, 4.0)
         );
+        // Between its points nothing is known of a motion.
+        let unsolved = [(1.0, 1.0), (4.0, 6.0), (3.0, 4.0), (2.0, 1.0), (5.0, 1.0)];
+        assert_eq!(several_motions(&response(&[&unsolved])), []);
         // A fold between amplitudes alike is none that one would notice.
-        let alike = [(1.0, 1.0), (4.0, 1.0), (3.0, 0.99), (5.0, 1.0)];
+        let alike = [(1.0, 1.0), (3.0, 1.0), (4.0, 1.0), (3.0, 0.99), (5.0, 1.0)];
         assert_eq!(several_motions(&response(&[&alike])), []);
         let two = response(&[
-            &[(1.0, 1.0), (5.0, 1.0)],
+            &[(1.0, 1.0), (3.0, 1.0), (5.0, 1.0)],
             &[(1.0, 1.0), (3.0, 2.0), (5.0, 1.0)],
         ]);
         assert_eq!(

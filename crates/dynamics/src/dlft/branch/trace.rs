@@ -46,6 +46,9 @@ const MOST_ITERATIONS: usize = 12;
 const BEFORE_ABSCISSA: usize = 1;
 /// Least cosine of the angle by which a step may turn.
 const LEAST_COSINE: f64 = 0.7;
+/// A step that turns by more is shortened to this length, and then passes a corner of the contact
+/// law.
+const CORNER_STEP: f64 = 5e-3;
 /// A step has left the curve where its end lies so many steps from its beginning.
 const FAR: f64 = 2.0;
 /// The error of the cubic through both ends of a step is this fraction of the error of the cubic
@@ -97,6 +100,15 @@ pub(crate) struct Tracer {
     passed_length: f64,
     /// Abscissa ahead at which no solution was found: a fold may lie before it.
     failed: Option<f64>,
+}
+
+/// Abscissae at which a step solves for motions where it passes them.
+#[derive(Clone, Copy)]
+pub(crate) struct Asked<'a> {
+    /// At all of these.
+    pub each: &'a [f64],
+    /// At the one of these that is passed last: those of points of the curve.
+    pub last: &'a [f64],
 }
 
 /// Solution on the curve, with its abscissa, and the length of the curve up to it.
@@ -177,7 +189,11 @@ impl Tracer {
             level: solvers.level,
             course: self.course,
             before: None,
-            step: self.step.min(FIRST_STEP),
+            step: if solution.u.len() < self.last.u.len() {
+                0.5 * self.step
+            } else {
+                self.step.min(FIRST_STEP)
+            },
             passed_length,
             failed: None,
         })
@@ -291,13 +307,18 @@ impl Tracer {
         }
     }
 
-    /// Takes a step along the curve, shortened until it succeeds. `asked` are abscissae at which
-    /// solutions are asked for. `creeps`: many short steps lie behind it, and no shorter one than
+    /// Shortens the next step. Returns `false` where it would be too short.
+    pub(crate) fn shorten(&mut self) -> bool {
+        self.step *= 0.25;
+        self.step >= SHORT_STEP
+    }
+
+    /// Takes a step along the curve, shortened until it succeeds. `creeps`: many short steps lie behind it, and no shorter one than
     /// [`SHORT_STEP`] is taken.
     pub(crate) fn step(
         &mut self,
         over: &dyn ContinuationParameter,
-        asked: &[f64],
+        asked: &Asked<'_>,
         creeps: bool,
         work: &mut SolverWork,
     ) -> CurveStep {
@@ -305,7 +326,9 @@ impl Tracer {
         self.step = self.step.max(2.0 * shortest);
         let mut failures = 0;
         while self.step >= shortest {
-            match self.attempt(over, asked, failures == BEFORE_ABSCISSA, work) {
+            let was_long = 2.0 * self.step > CORNER_STEP && self.step <= CORNER_STEP;
+            let by_abscissa = failures == BEFORE_ABSCISSA || was_long;
+            match self.attempt(over, asked, by_abscissa, work) {
                 Some(step) => return step,
                 None => self.step *= 0.5,
             }
@@ -332,11 +355,11 @@ impl Tracer {
     fn attempt(
         &mut self,
         over: &dyn ContinuationParameter,
-        asked: &[f64],
+        asked: &Asked<'_>,
         by_abscissa: bool,
         work: &mut SolverWork,
     ) -> Option<CurveStep> {
-        let (h, solvers) = (self.step, self.solvers(over));
+        let h = self.step;
         let CurvePoint { scales, mean, .. } = self.last;
         let plane = self.last.plane(h, &self.last.extrapolate(h));
         let predicted = self.predicted(h);
@@ -361,20 +384,15 @@ impl Tracer {
             return None;
         }
         let next = self.point(over, at, reached, work)?;
+        let is_corner = self.last.cosine(&next) < LEAST_COSINE;
         let may_shorten = h > 4.0 * SHORTEST_STEP;
-        if self.last.cosine(&next) < LEAST_COSINE && may_shorten {
+        if is_corner && h > CORNER_STEP && may_shorten {
             return None;
         }
         let along = next.tangent();
         let length = scales.length(&along);
         // Distance of the prediction from the curve: what it is off along the curve is no error.
-        let of_found = solvers.place(&found.balance, &predicted.u, abscissa);
-        let expected = over.motion_at(of_found, predicted.abscissa)?;
-        let both = next.motion.iter().zip(&expected);
-        let off = Change {
-            motion: both.map(|(found, expected)| found - expected).collect(),
-            abscissa: abscissa - predicted.abscissa,
-        };
+        let off = self.miss(over, at, &next.motion, &predicted)?;
         let along_curve = scales.product(&off, &along) / length;
         let off = scales.length(&off).powi(2) - along_curve * along_curve;
         let error = INTERPOLATED * off.max(0.0).sqrt() / CURVE_ERROR;
@@ -383,11 +401,23 @@ impl Tracer {
         }
         let Course { from, to } = self.course;
         let leaves = !(from.min(to)..=from.max(to)).contains(&abscissa);
-        let passed = self.passed_before(over, &next, leaves, asked, work)?;
+        let mut passed = self.passed_before(over, &next, leaves, asked, work)?;
+        if !leaves && self.is_long(&next) {
+            if passed.is_empty() {
+                passed.push(self.middle(over, &next, work)?);
+            }
+            let is_near = |found| self.is_near_cubic(over, &next, found);
+            if !passed.iter().all(|found| is_near(found).unwrap_or(false)) {
+                return None;
+            }
+        }
         self.passed_length = passed.last().map_or(self.passed_length, |p| p.length);
         let by_error = 0.9 * error.max(1e-9).powf(-0.25);
         let most = if found.end.iterations > 7 { 0.7 } else { 2.0 };
         self.step = (h * by_error.clamp(0.3, most)).min(LONGEST_STEP);
+        if is_corner {
+            self.step = FIRST_STEP;
+        }
         self.largest_motion = self.largest_motion.max(norm(&next.motion));
         let reached = CurveSolution {
             abscissa,
@@ -410,7 +440,7 @@ impl Tracer {
         &mut self,
         over: &dyn ContinuationParameter,
         end: f64,
-        asked: &[f64],
+        asked: &Asked<'_>,
         work: &mut SolverWork,
     ) -> Option<CurveStep> {
         let (step, last) = (self.step, &self.last);
@@ -436,7 +466,13 @@ impl Tracer {
         {
             return None;
         }
-        let asked: Vec<f64> = asked.iter().copied().filter(|at| *at != end).collect();
+        let each: Vec<f64> = (asked.each.iter().copied())
+            .filter(|at| *at != end)
+            .collect();
+        let asked = Asked {
+            each: &each,
+            ..*asked
+        };
         let mut passed = self.passed_before(over, &next, false, &asked, work)?;
         passed.push(CurveSolution {
             solution: found,
@@ -456,7 +492,10 @@ impl Tracer {
     fn predicted(&self, h: f64) -> Prediction {
         let last = &self.last;
         let before = self.before.as_ref();
-        let before = before.filter(|b| b.mean == last.mean && b.u.len() == last.u.len());
+        // No cubic leads through a corner.
+        let before = before.filter(|b| {
+            b.mean == last.mean && b.u.len() == last.u.len() && b.cosine(last) >= LEAST_COSINE
+        });
         if let Some(before) = before {
             return interpolate(before, last, 1.0 + h / (last.length - before.length));
         }
@@ -485,6 +524,10 @@ impl Tracer {
             length: last.length + distance,
         };
         let ahead = Ahead::Along(last.tangent());
-        CurvePoint::new(self.solvers(over), at, measured, &ahead, work)
+        let mut point = CurvePoint::new(self.solvers(over), at, measured, &ahead, work)?;
+        if last.runs_against(&point, self.solvers(over)) {
+            point.turn();
+        }
+        Some(point)
     }
 }

@@ -3,7 +3,8 @@
 use super::cubic::interpolate;
 use super::point::{Ahead, CurvePoint, Measured, gauge, motion_of};
 use super::{CurveSolution, Tracer};
-use crate::dlft::branch::bordered::Plane;
+use crate::dlft::branch::bordered::{Plane, Prediction};
+use crate::dlft::branch::gauge::Change;
 use crate::dlft::branch::over::{ContinuationParameter, SolutionAt};
 use crate::dlft::point::SolverWork;
 
@@ -16,7 +17,68 @@ pub(crate) enum FoldStart {
     BehindSecond(f64),
 }
 
+/// The middle of a step is solved, too, where it passes more than this part of the range.
+const LONG_STEP: f64 = 0.03;
+/// Most distance of a solution within such a step from the cubic through its ends.
+const MIDDLE_ERROR: f64 = 0.01;
+
 impl Tracer {
+    /// Returns `true` if the abscissa makes up most of a step through a large part of its range: what
+    /// happens on the way need not show at its ends.
+    pub(super) fn is_long(&self, next: &CurvePoint) -> bool {
+        let part = (next.abscissa - self.last.abscissa).abs() / self.course.range();
+        part > LONG_STEP && 2.0 * part > next.length - self.last.length
+    }
+
+    /// Solution in the middle of a step; `None` where none is found.
+    pub(super) fn middle(
+        &self,
+        over: &dyn ContinuationParameter,
+        next: &CurvePoint,
+        work: &mut SolverWork,
+    ) -> Option<CurveSolution> {
+        let length = 0.5 * (self.last.length + next.length);
+        self.inside(over, [&self.last, next], length, false, work)
+    }
+
+    /// Returns `true` if a solution within a step is near the cubic through both ends; `None` without
+    /// a model.
+    pub(super) fn is_near_cubic(
+        &self,
+        over: &dyn ContinuationParameter,
+        next: &CurvePoint,
+        found: &CurveSolution,
+    ) -> Option<bool> {
+        let last = &self.last;
+        let fraction = (found.length - last.length) / (next.length - last.length);
+        let predicted = interpolate(last, next, fraction);
+        let at = SolutionAt {
+            solution: &found.solution,
+            abscissa: found.abscissa,
+        };
+        let motion = motion_of(over, at);
+        let off = self.miss(over, at, &motion, &predicted)?;
+        Some(self.scales(&motion).length(&off) <= MIDDLE_ERROR)
+    }
+
+    /// Change of T and of the abscissa from a prediction to the motion of a solution.
+    pub(super) fn miss(
+        &self,
+        over: &dyn ContinuationParameter,
+        at: SolutionAt<'_>,
+        motion: &[f64],
+        predicted: &Prediction,
+    ) -> Option<Change> {
+        let (balance, abscissa) = (&at.solution.balance, at.abscissa);
+        let place = self.solvers(over).place(balance, &predicted.u, abscissa);
+        let expected = over.motion_at(place, predicted.abscissa)?;
+        let both = motion.iter().zip(&expected);
+        Some(Change {
+            motion: both.map(|(found, expected)| found - expected).collect(),
+            abscissa: abscissa - predicted.abscissa,
+        })
+    }
+
     /// Solution at a length of the curve between two points, with the mean of either. Where
     /// `may_retain` is true and neither is found, the mean may be retained where friction does not
     /// hold the bodies.

@@ -2,7 +2,7 @@
 
 use super::cubic::{crossings, interpolate};
 use super::point::CurvePoint;
-use super::{CurveSolution, Tracer};
+use super::{Asked, CurveSolution, Tracer};
 use crate::dlft::branch::bordered::{Plane, Prediction};
 use crate::dlft::branch::gauge::BorderRow;
 use crate::dlft::branch::over::ContinuationParameter;
@@ -28,7 +28,7 @@ impl Tracer {
         over: &dyn ContinuationParameter,
         next: &CurvePoint,
         leaves: bool,
-        asked: &[f64],
+        asked: &Asked<'_>,
         work: &mut SolverWork,
     ) -> Option<Vec<CurveSolution>> {
         let ends = [self.course.from, self.course.to];
@@ -38,8 +38,15 @@ impl Tracer {
             let fractions = crossings(&self.last, next, abscissa).into_iter();
             fractions.map(move |fraction| PassedAbscissa { fraction, abscissa })
         };
-        let mut crossed: Vec<PassedAbscissa> = asked.iter().chain(ends).flat_map(of_one).collect();
-        crossed.sort_by(|a, b| a.fraction.total_cmp(&b.fraction));
+        let by_fraction =
+            |a: &PassedAbscissa, b: &PassedAbscissa| a.fraction.total_cmp(&b.fraction);
+        // Beside a fold between both ends the cubic says little.
+        let folds = self.last.direction.abscissa * next.direction.abscissa < 0.0;
+        let compared = if folds { &[] } else { asked.last };
+        let last = compared.iter().flat_map(of_one).max_by(by_fraction);
+        let each = asked.each.iter().chain(ends).flat_map(of_one);
+        let mut crossed: Vec<PassedAbscissa> = each.chain(last).collect();
+        crossed.sort_by(by_fraction);
         if let Some(end) = crossed.iter().position(|c| ends.contains(&c.abscissa)) {
             crossed.truncate(end + 1);
         }

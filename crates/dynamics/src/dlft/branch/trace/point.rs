@@ -1,6 +1,6 @@
 //! Point of a curve: its motion, its direction, and the plane across it.
 
-use crate::dlft::branch::bordered::{Plane, Prediction, direction};
+use crate::dlft::branch::bordered::{Plane, Prediction, direction, orientation};
 use crate::dlft::branch::gauge::{BorderRow, Change, Direction, Gauge, Scales, motion};
 use crate::dlft::branch::over::{ContinuationParameter, DerivativePoint, SolutionAt, Solvers};
 use crate::dlft::point::{SolverWork, resized};
@@ -68,6 +68,30 @@ impl CurvePoint {
         self.scales.product(&own, &along) / self.scales.length(&along)
     }
 
+    /// Returns `true` if the directions here and at the next point are known to lead the curve
+    /// opposite ways. A Jacobian is formed for this only where the abscissa turns back.
+    pub(super) fn runs_against(&self, next: &Self, solvers: Solvers<'_>) -> bool {
+        if self.mean != next.mean || self.u.len() != next.u.len() {
+            return false;
+        }
+        let turns = self.direction.abscissa * next.direction.abscissa < 0.0;
+        let negative = |point: &Self| match point.direction.is_negative {
+            None if turns => point.orientation(solvers),
+            known => known,
+        };
+        let own = negative(self);
+        own.is_some() && negative(next).is_some_and(|its| Some(its) != own)
+    }
+
+    /// [`Direction::is_negative`], from the Jacobian.
+    fn orientation(&self, solvers: Solvers<'_>) -> Option<bool> {
+        let abscissa = self.abscissa;
+        let solver = solvers.solver(abscissa)?;
+        let frequency_hz = solvers.over.frequency_hz(abscissa);
+        let solution = &solver.evaluated(frequency_hz, &self.u, self.mean)?;
+        orientation(solvers, SolutionAt { solution, abscissa }, &self.across)
+    }
+
     /// Change of T and of the abscissa along the direction of the curve.
     pub(super) fn tangent(&self) -> Change {
         Change {
@@ -112,6 +136,7 @@ impl CurvePoint {
         let heights = self.heights.iter_mut().map(|height| &mut height.along_m);
         (along.chain(&mut self.across.row).chain(heights)).for_each(|v| *v = -*v);
         self.direction.abscissa = -self.direction.abscissa;
+        self.direction.is_negative = self.direction.is_negative.map(|negative| !negative);
         self.across.corner = -self.across.corner;
     }
 
