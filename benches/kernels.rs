@@ -19,8 +19,6 @@ use dovetail_solver::dlft::balance::{Balance, Setting};
 use dovetail_solver::dlft::dense::powell;
 use dovetail_solver::dlft::eps::Eps;
 use dovetail_solver::dlft::newton_krylov::{KRYLOV_TOLERANCE, KrylovSystem, Preconditioner};
-use dovetail_solver::dlft::pair_signals::Periods;
-use dovetail_solver::dlft::retention::Mean;
 use dovetail_solver::dlft::settings::EpsChoice;
 use dovetail_solver::dlft::static_state::static_state;
 use dovetail_solver::fem::assemble;
@@ -152,20 +150,14 @@ fn dlft(c: &mut Criterion) {
     let fourier = Fourier::new(HARMONICS, SAMPLES);
     let eps = Eps::new(EpsChoice::Dynamic).values(&system, omega, HARMONICS);
     let inexact = InexactModel::new(&model.reduced);
-    let setting = Setting {
-        system: system.into(),
-        inexact: inexact.into(),
-        fourier: fourier.into(),
-        eps: eps.into(),
-        x_static: statics.x.as_slice().into(),
-        lambda_static: statics.lambda.as_slice().into(),
-        at_rest: statics.status.as_slice().into(),
-        static_mean: Mean::Free,
-        pressing_n: f64::INFINITY,
-        periods: Periods::UntilPeriodic,
-        slip_threshold_m: 0.0,
-        free_slips_m: [].into(),
-    };
+    let mut setting = Setting::new(
+        &statics,
+        system.into(),
+        inexact.into(),
+        fourier.into(),
+        eps.into(),
+    );
+    setting.slip_threshold_m = 0.0;
     group.bench_function("condense_one_frequency", |b| {
         b.iter(|| Balance::new(&setting, black_box(omega)));
     });

@@ -61,7 +61,7 @@ pub struct Setting {
 impl Setting {
     /// Setting about a static state, of these harmonics, samples and eps, with pairs that are
     /// marched until they are periodic, and the default slip threshold.
-    pub(crate) fn new(
+    pub fn new(
         state: &StaticState,
         system: Arc<ContactSystem>,
         inexact: Arc<InexactModel>,
