@@ -182,7 +182,7 @@ fn one_branch_has_both_motions_that_steps_in_time_reach_and_one_between() {
     let response = respond(0.1, &asked_hz, 0.42, 21);
     println!("{} points", response.orbits.len());
     assert_eq!(response.curves().len(), 1, "{:?}", response.branches);
-    assert!(response.orbits.len() < 60);
+    assert!(response.orbits.len() < 60, "{}", response.orbits.len());
     both_motions(&response);
     let stable = stable(&response);
     for hz in asked_hz {

@@ -52,10 +52,21 @@ impl Followed {
     }
 
     /// Abscissae of the points at the ends of its steps but the last two: where it passes one of them
-    /// again, another motion is looked for.
+    /// again, another motion is looked for. None behind five steps one of which passed an abscissa.
     pub(crate) fn revisitable(&self) -> Vec<f64> {
-        let reached = |p: &&SolvedFrequency| part_of(p) == Some(Part::Reached);
-        let ends = self.points.iter().rev().filter(reached);
+        let points = self.points.iter().rev();
+        let mut steps = 0;
+        for part in points.clone().map(part_of) {
+            match part {
+                Some(Part::Passed) => return Vec::new(),
+                Some(Part::Reached) => steps += 1,
+                _ => {}
+            }
+            if steps > 5 {
+                break;
+            }
+        }
+        let ends = points.filter(|p| part_of(p) == Some(Part::Reached));
         ends.skip(2).map(SolvedFrequency::abscissa).collect()
     }
 

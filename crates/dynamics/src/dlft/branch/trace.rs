@@ -28,6 +28,8 @@ use dovetail_numerics::vector::norm;
 const CURVE_ERROR: f64 = 1e-3;
 /// First step.
 const FIRST_STEP: f64 = 0.02;
+/// Step behind a corner.
+const BEHIND_CORNER: f64 = 0.06;
 /// Step from a top, at which a resonance has fallen by 4 %, and one that friction flattens by less.
 const BEYOND_TOP: f64 = 0.3;
 /// Longest step: by it what is observed changes by a half.
@@ -107,7 +109,8 @@ pub(crate) struct Tracer {
 pub(crate) struct Asked<'a> {
     /// At all of these.
     pub each: &'a [f64],
-    /// At the one of these that is passed last: those of points of the curve.
+    /// Where it passes none of the others, at the one of these that is passed last: those of points of
+    /// the curve.
     pub last: &'a [f64],
 }
 
@@ -416,7 +419,7 @@ impl Tracer {
         let most = if found.end.iterations > 7 { 0.7 } else { 2.0 };
         self.step = (h * by_error.clamp(0.3, most)).min(LONGEST_STEP);
         if is_corner {
-            self.step = FIRST_STEP;
+            self.step = BEHIND_CORNER;
         }
         self.largest_motion = self.largest_motion.max(norm(&next.motion));
         let reached = CurveSolution {

@@ -8,7 +8,7 @@
 use super::mean_step::mean_step;
 use super::solution::MethodStart;
 use super::strategy::{Method, Strategy};
-use super::{FrequencySolver, Neighbour, Solution, SolverWork};
+use super::{FrequencySolver, Neighbour, Solution, SolverWork, resized};
 use crate::dlft::PairStatus;
 use crate::dlft::aft::PairEnd;
 use crate::dlft::balance::{Balance, Evaluation};
@@ -20,6 +20,9 @@ use std::f64::consts::TAU;
 
 /// Most steps of the mean, and most iterations of the whole balance from there.
 const MOST_ITERATIONS: usize = 10;
+
+/// A motion has frozen contacts if its vibration differs by less than this fraction.
+const SAME: f64 = 1e-3;
 
 /// Motion in which the pairs are as they are at rest.
 struct FrozenMotion {
@@ -73,6 +76,9 @@ impl FrequencySolver<'_> {
         let setting = &self.setting;
         let n = balance.unknowns_per_block();
         let harmonics = setting.fourier.harmonics();
+        if last.is_some_and(|last| !self.has_frozen_contacts(last)) {
+            return None;
+        }
         let vibration = setting.frozen.vibration(TAU * frequency_hz, harmonics);
         let about = |mean: &[f64]| [mean, &vibration[n..]].concat();
         let at_rest = about(&setting.x_static);
@@ -93,6 +99,22 @@ impl FrequencySolver<'_> {
             }
         }
         found
+    }
+
+    /// Returns `true` if a motion has the vibration with frozen contacts. Beside another motion the one
+    /// that continues it comes first: both may exist.
+    fn has_frozen_contacts(&self, motion: &Neighbour) -> bool {
+        let n = self.setting.system.unknowns();
+        let u = resized(&motion.u, self.unknowns());
+        let harmonics = self.setting.fourier.harmonics();
+        let omega = TAU * motion.frequency_hz;
+        let frozen = self.setting.frozen.vibration(omega, harmonics);
+        let moved: Vec<f64> = u[n..]
+            .iter()
+            .zip(&frozen[n..])
+            .map(|(u, v)| u - v)
+            .collect();
+        norm(&moved) <= SAME * norm(&frozen[n..])
     }
 
     /// Vibration of U about the mean that the pairs shake down to from there. The error is a pair that

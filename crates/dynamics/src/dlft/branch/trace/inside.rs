@@ -18,7 +18,7 @@ pub(crate) enum FoldStart {
 }
 
 /// The middle of a step is solved, too, where it passes more than this part of the range.
-const LONG_STEP: f64 = 0.03;
+const LONG_STEP: f64 = 0.05;
 /// Most distance of a solution within such a step from the cubic through its ends.
 const MIDDLE_ERROR: f64 = 0.01;
 

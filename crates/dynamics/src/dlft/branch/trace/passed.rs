@@ -43,9 +43,11 @@ impl Tracer {
         // Beside a fold between both ends the cubic says little.
         let folds = self.last.direction.abscissa * next.direction.abscissa < 0.0;
         let compared = if folds { &[] } else { asked.last };
-        let last = compared.iter().flat_map(of_one).max_by(by_fraction);
         let each = asked.each.iter().chain(ends).flat_map(of_one);
-        let mut crossed: Vec<PassedAbscissa> = each.chain(last).collect();
+        let mut crossed: Vec<PassedAbscissa> = each.collect();
+        if crossed.is_empty() {
+            crossed.extend(compared.iter().flat_map(of_one).max_by(by_fraction));
+        }
         crossed.sort_by(by_fraction);
         if let Some(end) = crossed.iter().position(|c| ends.contains(&c.abscissa)) {
             crossed.truncate(end + 1);
