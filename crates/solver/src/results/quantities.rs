@@ -211,7 +211,7 @@ pub fn modal_mass_kg(orbit: &Orbit, observation: usize) -> Option<f64> {
     (squared > 0.0).then(|| 4.0 * orbit.kinetic_energy_j / squared)
 }
 
-/// Loss factor, as in [`LocalPeak`].
+/// Loss factor, as in [`LocalPeak`](super::peak::LocalPeak).
 pub fn loss_factor(orbit: &Orbit) -> Option<f64> {
     let stored_w = TAU * orbit.frequency_hz * 2.0 * orbit.kinetic_energy_j;
     (stored_w > 0.0).then(|| (orbit.friction_power_w + orbit.viscous_power_w) / stored_w)
