@@ -23,7 +23,7 @@ use crate::terminal;
 
 /// Memory reserved for the last message.
 const RESERVE_BYTES: usize = 8 << 20;
-/// Stack of the thread that writes the last message.
+/// Stack of the thread that writes the last message, and what the first thread has from the start.
 const STACK_BYTES: usize = 1 << 20;
 /// Time after which the process ends without a last message.
 const LONGEST_WORD: Duration = Duration::from_secs(10);
@@ -70,12 +70,20 @@ thread_local! {
     static SPEAKS: Cell<bool> = const { Cell::new(false) };
 }
 
+/// Touches the stack that the first thread will need. The system grows it on demand, and ends a
+/// program by a signal where a limit of memory does not let it.
+#[inline(never)]
+fn grow_stack() {
+    std::hint::black_box(&[0_u8; STACK_BYTES]);
+}
+
 /// Starts the thread that writes the last message, which is also written if a thread panics because
 /// it cannot be started.
 ///
 /// # Errors
 /// The system starts no thread, or has no memory for the message.
 pub fn prepare() -> io::Result<()> {
+    grow_stack();
     let mut reserve: Vec<u8> = Vec::new();
     reserve.try_reserve_exact(RESERVE_BYTES)?;
     let speaker = thread::Builder::new().stack_size(STACK_BYTES);
