@@ -7,6 +7,7 @@
 
 use std::cell::Cell;
 use std::fmt;
+use std::hint::black_box;
 use std::io;
 use std::io::IsTerminal;
 use std::panic::{self, PanicHookInfo};
@@ -25,6 +26,9 @@ use crate::terminal;
 const RESERVE_BYTES: usize = 8 << 20;
 /// Stack of the thread that writes the last message, and what the first thread has from the start.
 const STACK_BYTES: usize = 1 << 20;
+/// Memory without which the program does not start: what the system allocates by itself, such as
+/// data of threads, ends a program without a word.
+const HEADROOM_BYTES: usize = 4 << 20;
 /// Time after which the process ends without a last message.
 const LONGEST_WORD: Duration = Duration::from_secs(10);
 
@@ -74,7 +78,9 @@ thread_local! {
 /// program by a signal where a limit of memory does not let it.
 #[inline(never)]
 fn grow_stack() {
-    std::hint::black_box(&[0_u8; STACK_BYTES]);
+    // A constant would not stand on the stack.
+    let pages = [black_box(0_u8); STACK_BYTES];
+    black_box(&pages);
 }
 
 /// Starts the thread that writes the last message, which is also written if a thread panics because
@@ -83,9 +89,10 @@ fn grow_stack() {
 /// # Errors
 /// The system starts no thread, or has no memory for the message.
 pub fn prepare() -> io::Result<()> {
-    grow_stack();
     let mut reserve: Vec<u8> = Vec::new();
     reserve.try_reserve_exact(RESERVE_BYTES)?;
+    Vec::<u8>::new().try_reserve_exact(HEADROOM_BYTES)?;
+    grow_stack();
     let speaker = thread::Builder::new().stack_size(STACK_BYTES);
     let speaker = speaker.spawn(move || {
         STARTED.store(true, Ordering::Release);
