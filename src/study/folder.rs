@@ -9,7 +9,7 @@ use super::cases::Case;
 use crate::scene;
 use crate::scene_files;
 use crate::study_file::Study;
-use crate::study_file::error::StudyError;
+use crate::study_file::StudyError;
 use crate::study_file::quantity::BLADE_FREQUENCY;
 use dovetail_cache::fingerprint::{executable_hash, fingerprint};
 use dovetail_export::journal::JOURNAL;

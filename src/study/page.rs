@@ -12,7 +12,7 @@ use super::folder::StudyPlan;
 use super::pictures::Picture;
 use super::report::{OF_RUNS, day, remarks};
 use super::results::CaseResult;
-use crate::study_file::error::StudyError;
+use crate::study_file::StudyError;
 use crate::study_file::keys::CombinationMode;
 use crate::study_file::parameter::Parameter;
 use crate::study_file::quantity::Figure;

@@ -7,7 +7,7 @@ use super::analysis::{Analysis, ParameterRefinement};
 use super::cases::slug;
 use super::convergence::How;
 use super::results::{CaseEnd, CaseResult};
-use crate::study_file::error::StudyError;
+use crate::study_file::StudyError;
 use crate::study_file::keys::{CombinationMode, ParameterKind};
 use crate::study_file::parameter::Parameter;
 use crate::study_file::quantity::Figure;

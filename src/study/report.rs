@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 use super::analysis::{Analysis, ParameterRefinement};
 use super::results::{CaseEnd, CaseFigures, CaseResult};
 use crate::scene_files::hash_of_file;
-use crate::study_file::error::StudyError;
+use crate::study_file::StudyError;
 use crate::study_file::parameter::Parameter;
 use crate::version;
 use dovetail_export::table::{Cell, Columns};

@@ -6,7 +6,7 @@ use super::cases::Case;
 use super::folder::{CaseRecord, OutcomeRecord, StudyPlan};
 use crate::exit::ExitStatus;
 use crate::study_file::Study;
-use crate::study_file::error::StudyError;
+use crate::study_file::StudyError;
 use crate::study_file::quantity::Figure;
 use dovetail_export::manifest::{ResponseSummary, RunState, Summary};
 use dovetail_export::read_json;

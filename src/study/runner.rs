@@ -10,7 +10,7 @@ use super::folder::{self, CaseRecord, OutcomeRecord, StudyPlan};
 use super::results::CaseEnd;
 use crate::exit::ExitStatus;
 use crate::reporter::Reporter;
-use crate::study_file::error::StudyError;
+use crate::study_file::StudyError;
 use dovetail_export::lock::FolderLock;
 use dovetail_export::write_json;
 

@@ -10,7 +10,7 @@ use serde_json::json;
 use super::folder::StudyPlan;
 use crate::commands::mesh_inputs;
 use crate::scene;
-use crate::study_file::error::StudyError;
+use crate::study_file::StudyError;
 use crate::study_file::quantity::BLADE_FREQUENCY;
 use dovetail_export::{write_file, write_json};
 use dovetail_solver::run::PlannedReduction;

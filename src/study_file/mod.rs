@@ -3,7 +3,7 @@
 //! Every key of a study file is in `keys`. A new quantity is a line in `quantity`, which says where
 //! summary.json has it.
 
-pub(crate) mod error;
+mod error;
 mod file;
 pub(crate) mod keys;
 pub(crate) mod parameter;

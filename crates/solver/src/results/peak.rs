@@ -311,18 +311,8 @@ mod tests {
     use super::*;
     use crate::dlft::{LinearPoint, Outcome};
     use crate::results::quantities::moving_orbits;
+    use crate::results::quantities::tests::{orbit, response};
     use std::f64::consts::TAU;
-
-    fn orbit(frequency_hz: f64, outcome: Outcome, amplitude: f64) -> Orbit {
-        Orbit {
-            observed: vec![vec![0.0, amplitude, 0.0]],
-            observed_amplitude: vec![amplitude],
-            friction_power_w: 5.0,
-            viscous_power_w: 1.0,
-            kinetic_energy_j: 0.25,
-            ..Orbit::motionless(frequency_hz, outcome)
-        }
-    }
 
     fn linear_at(points: &[(f64, f64)]) -> Vec<LinearPoint> {
         let point = |(frequency_hz, amplitude): &(f64, f64)| LinearPoint {
@@ -330,23 +320,6 @@ mod tests {
             observed_amplitude: vec![*amplitude],
         };
         points.iter().map(point).collect()
-    }
-
-    /// Three frequencies with the linear peak in the middle, which failed.
-    fn response() -> Response {
-        let linear = linear_at(&[(10.0, 1.0), (20.0, 8.0), (30.0, 2.0)]);
-        Response {
-            linear: linear.clone(),
-            linear_curve: linear,
-            orbits: vec![
-                orbit(10.0, Outcome::Converged, 1.0),
-                orbit(20.0, Outcome::Stagnated, 99.0),
-                orbit(30.0, Outcome::Converged, 2.0),
-            ],
-            branches: vec![Branch::swept(3)],
-            second_motions: Vec::new(),
-            slip_threshold_m: 1e-9,
-        }
     }
 
     /// Response of frequencies that were swept, each with an amplitude.

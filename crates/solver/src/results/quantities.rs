@@ -257,7 +257,7 @@ fn area_m2(pair: &impl PairPlace) -> f64 {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
     use crate::dlft::{LinearPoint, Outcome, PairCycle};
     use crate::problem::LinearReference;
@@ -291,7 +291,7 @@ mod tests {
         }
     }
 
-    fn orbit(frequency_hz: f64, outcome: Outcome, amplitude: f64) -> Orbit {
+    pub(in crate::results) fn orbit(frequency_hz: f64, outcome: Outcome, amplitude: f64) -> Orbit {
         Orbit {
             cycles: vec![
                 cycle(true, true, 3.0),
@@ -311,7 +311,8 @@ mod tests {
         }
     }
 
-    fn response() -> Response {
+    /// Three frequencies with the linear peak in the middle, which failed.
+    pub(in crate::results) fn response() -> Response {
         let linear = [(10.0, 1.0), (20.0, 8.0), (30.0, 2.0)]
             .map(|(frequency_hz, a)| LinearPoint {
                 frequency_hz,

@@ -214,6 +214,28 @@ pub(crate) fn corrected(
     Some((solution, further))
 }
 
+/// Jacobian at a solution, with the border of the abscissa and of one further equation; `None` where
+/// the derivative by the abscissa is not known.
+fn bordered_jacobian(
+    solvers: Solvers<'_>,
+    at: SolutionAt<'_>,
+    across: BorderRow,
+) -> Option<(Jacobian, Border)> {
+    let Solution {
+        balance,
+        evaluation,
+        ..
+    } = at.solution;
+    let jacobian = balance.linearise(evaluation);
+    let column = (solvers.over).column(solvers.place_of(at), &jacobian, Use::Direction)?;
+    let border = Border {
+        columns: vec![column],
+        rows: vec![across.row],
+        corner: vec![vec![across.corner]],
+    };
+    Some((jacobian, border))
+}
+
 /// Direction of the curve at a solution, with `row . dU + corner dp = 1`; `None` where it is not
 /// found.
 pub(crate) fn direction(
@@ -222,21 +244,10 @@ pub(crate) fn direction(
     across: BorderRow,
     work: &mut SolverWork,
 ) -> Option<Direction> {
-    let Solution {
-        balance,
-        u,
-        evaluation,
-        ..
-    } = at.solution;
+    let Solution { balance, u, .. } = at.solution;
     let unknowns = u.len();
     let solver = solvers.solver(at.abscissa)?;
-    let jacobian = balance.linearise(evaluation);
-    let column = (solvers.over).column(solvers.place_of(at), &jacobian, Use::Direction)?;
-    let border = Border {
-        columns: vec![column],
-        rows: vec![across.row],
-        corner: vec![vec![across.corner]],
-    };
+    let (jacobian, border) = bordered_jacobian(solvers, at, across)?;
     let mut x = vec![0.0; unknowns + 1];
     let mut is_negative = None;
     if solver.is_exact() {
@@ -268,38 +279,39 @@ pub(crate) fn direction(
 const MOST_ORIENTED_UNKNOWNS: usize = 6500;
 
 /// [`Direction::is_negative`] of a direction with these coefficients at a solution; `None` where it is
-/// not known, or the unknowns are many. Rows of pairs that stick are those of eps, a positive diagonal.
+/// not known, or the unknowns are many.
 pub(crate) fn orientation(
     solvers: Solvers<'_>,
     at: SolutionAt<'_>,
-    across: &BorderRow,
+    across: BorderRow,
 ) -> Option<bool> {
-    let Solution {
-        balance,
-        u,
-        evaluation,
-        ..
-    } = at.solution;
+    let Solution { balance, u, .. } = at.solution;
     if u.len() > MOST_ORIENTED_UNKNOWNS {
         return None;
     }
-    let jacobian = balance.linearise(evaluation);
-    let column = (solvers.over).column(solvers.place_of(at), &jacobian, Use::Direction)?;
-    let border = Border {
-        columns: vec![column],
-        rows: vec![across.row.clone()],
-        corner: vec![vec![across.corner]],
-    };
+    let (jacobian, border) = bordered_jacobian(solvers, at, across)?;
+    Some(has_negative_determinant(balance, &jacobian, &border))
+}
+
+/// Returns `true` if the determinant of the Jacobian with its border is negative. Rows of pairs that
+/// stick are those of eps, a positive diagonal, and are left out.
+fn has_negative_determinant(balance: &Balance, jacobian: &Jacobian, border: &Border) -> bool {
     let n = balance.unknowns_per_block();
     let mut moves = vec![false; n / 3];
     jacobian.active.iter().for_each(|pair| moves[*pair] = true);
-    let kept: Vec<usize> = (0..u.len())
-        .filter(|i| moves[i % n / 3])
-        .chain([u.len()])
-        .collect();
-    let whole = bordered(&formed(balance, &jacobian), &border);
-    let active = Mat::from_fn(kept.len(), kept.len(), |i, j| whole[(kept[i], kept[j])]);
-    Some(Lu::new(active).has_negative_determinant())
+    let whole = formed(balance, jacobian);
+    let moving: Vec<usize> = (0..whole.nrows()).filter(|i| moves[i % n / 3]).collect();
+    let inner = Mat::from_fn(moving.len(), moving.len(), |i, j| {
+        whole[(moving[i], moving[j])]
+    });
+    drop(whole);
+    let of_moving = |all: &Vec<f64>| moving.iter().map(|i| all[*i]).collect();
+    let border = Border {
+        columns: border.columns.iter().map(of_moving).collect(),
+        rows: border.rows.iter().map(of_moving).collect(),
+        corner: border.corner.clone(),
+    };
+    Lu::new(bordered(&inner, &border)).has_negative_determinant()
 }
 
 /// Derivatives of the residual, from those of Lambda U - F at constant U, where nothing else depends
@@ -553,5 +565,39 @@ impl<F: BalanceFamily> NonlinearSystem for Krylov<'_, F> {
     }
     fn is_late(&self) -> bool {
         self.state.is_late()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::dlft::jacobians::sample_points_of_waves_too;
+
+    /// Pairs that stick change nothing, and the opposite direction has the other sign.
+    #[test]
+    fn the_sign_of_the_determinant_follows_from_the_pairs_that_move() {
+        let mut stuck = 0;
+        for (what, balance, u) in &sample_points_of_waves_too() {
+            let jacobian = balance.linearise(&balance.evaluate(u));
+            let n = balance.unknowns_per_block();
+            stuck += n / 3 - jacobian.active.len();
+            let wave = |factor: f64| (0..u.len()).map(|i| (factor * i as f64).cos()).collect();
+            let slope: Vec<f64> = wave(1.3);
+            let signs = [1.0, -1.0].map(|sign: f64| {
+                let row: Vec<f64> = wave(0.7);
+                let border = Border {
+                    columns: vec![jacobian.unbalanced_part(&slope, n)],
+                    rows: vec![row.iter().map(|r| sign * r).collect()],
+                    corner: vec![vec![sign]],
+                };
+                let whole = bordered(&formed(balance, &jacobian), &border);
+                let expected = Lu::new(whole).has_negative_determinant();
+                let found = has_negative_determinant(balance, &jacobian, &border);
+                assert_eq!(found, expected, "{what} {sign}");
+                found
+            });
+            assert_ne!(signs[0], signs[1], "{what}");
+        }
+        assert!(stuck > 0);
     }
 }

@@ -323,12 +323,17 @@ impl<'b> Follower<'b> {
                 evaluation,
                 ..
             } = &found.solution;
-            let frequency_hz = over.frequency_hz(found.abscissa);
-            let orbit = orbit(balance, u, evaluation, frequency_hz, Outcome::Converged);
+            let harmonics = balance.setting.fourier.harmonics();
             let points = self.branch.points.iter();
-            let mut there = points.filter(|p| p.abscissa() == found.abscissa);
-            there
-                .any(|p| p.orbit.harmonics == orbit.harmonics && self.run.is_same(&p.orbit, &orbit))
+            let mut there = points
+                .filter(|p| p.abscissa() == found.abscissa && p.orbit.harmonics == harmonics)
+                .peekable();
+            // Figures are computed only for a comparison.
+            there.peek().is_some() && {
+                let frequency_hz = over.frequency_hz(found.abscissa);
+                let orbit = orbit(balance, u, evaluation, frequency_hz, Outcome::Converged);
+                there.any(|p| self.run.is_same(&p.orbit, &orbit))
+            }
         })
     }
 

@@ -89,7 +89,11 @@ impl CurvePoint {
         let solver = solvers.solver(abscissa)?;
         let frequency_hz = solvers.over.frequency_hz(abscissa);
         let solution = &solver.evaluated(frequency_hz, &self.u, self.mean)?;
-        orientation(solvers, SolutionAt { solution, abscissa }, &self.across)
+        orientation(
+            solvers,
+            SolutionAt { solution, abscissa },
+            self.across.clone(),
+        )
     }
 
     /// Change of T and of the abscissa along the direction of the curve.
