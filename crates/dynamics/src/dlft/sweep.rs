@@ -573,6 +573,37 @@ mod tests {
         assert!(format!("{one:?}") == format!("{three:?}"));
     }
 
+    /// Frequencies of a sweep beside each of them alone, at which most pairs slip.
+    #[test]
+    fn the_estimated_error_of_a_motion_does_not_depend_on_the_way_to_it() {
+        let problem = dovetail72(1.5);
+        let first_hz = problem.reduced.omega2[0].sqrt() / TAU;
+        let damping = damping(&problem);
+        let all_hz: Vec<f64> = (0..8)
+            .map(|i| first_hz * (0.991 + 1.5e-3 * f64::from(i)))
+            .collect();
+        let swept = |frequencies_hz: &[f64]| {
+            let fixed = Resolution::fixed(1, 64);
+            let settings = SweepSettings::new(frequencies_hz.to_vec(), fixed);
+            let state = static_state(&problem, 10, settings.newton);
+            sweep(&problem, damping, &state, &settings, &[], &|_| ()).orbits
+        };
+        let mut compared = 0;
+        for orbit in swept(&all_hz) {
+            let [alone] = &swept(&[orbit.frequency_hz])[..] else {
+                panic!();
+            };
+            let ratio = |of: fn(&Orbit) -> f64| (of(&orbit) / of(alone) - 1.0).abs();
+            // Another motion has other means.
+            if ratio(|o| o.observed_amplitude[0]) < 1e-5 {
+                compared += 1;
+                let apart = ratio(|o| o.estimated_error.unwrap());
+                assert!(apart < 0.01, "{} Hz: {apart}", orbit.frequency_hz);
+            }
+        }
+        assert!(compared > 3, "{compared}");
+    }
+
     /// Both halves are interrupted within their first or second stretch or between both, and the
     /// records of a half come in the order in which it was swept.
     #[test]

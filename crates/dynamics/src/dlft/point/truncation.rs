@@ -19,7 +19,7 @@ pub(crate) const MOST_CHECKED_UNKNOWNS: usize = 800;
 const MOST_CHECK_ITERATIONS: usize = 12;
 
 /// Relative residual of the linear solves of the estimates.
-const ESTIMATE_TOLERANCE: f64 = 0.05;
+const ESTIMATE_TOLERANCE: f64 = 0.01;
 
 /// An observed displacement that moves by less than this part of the vibration stands still: its
 /// error is relative to this part, as the tolerance of the solution is relative to the whole.
