@@ -55,6 +55,8 @@ pub enum Verbosity {
 struct Loop {
     label: String,
     steps: usize,
+    /// True if the number of steps is an estimate.
+    is_estimated: bool,
     done: usize,
     /// Text of the result of the last step.
     news: String,
@@ -76,8 +78,9 @@ impl Loop {
         } else {
             format!("; {}", self.news)
         };
+        let about = if self.is_estimated { "about " } else { "" };
         format!(
-            "  {}: {} of {} ({:.0} %) in {}, {} left{news}",
+            "  {}: {} of {about}{} ({:.0} %) in {}, {} left{news}",
             self.label,
             self.done,
             self.steps,
@@ -234,6 +237,7 @@ impl Console {
             Event::Frequency(solved) => self.frequency(solved),
             Event::Worn(course) => self.worn(course),
             Event::LoopBegins { label, steps } => self.loop_begins(label, *steps),
+            Event::LoopExpects(steps) => self.loop_expects(*steps),
             Event::LoopAdvances(steps) => self.loop_advances(*steps),
             Event::LoopEnds => self.loop_ends(),
             Event::Tries(Attempt {
@@ -260,12 +264,22 @@ impl Console {
         self.loops.push(Loop {
             label: label.to_owned(),
             steps,
+            is_estimated: false,
             done: 0,
             news: String::new(),
             begun: now,
             last_line: now,
             bar,
         });
+    }
+
+    fn loop_expects(&mut self, steps: usize) {
+        if let Some(turn) = self.loops.last_mut() {
+            (turn.steps, turn.is_estimated) = (steps, true);
+            if let Some(bar) = &turn.bar {
+                bar.set_length(steps as u64);
+            }
+        }
     }
 
     fn loop_advances(&mut self, steps: usize) {
@@ -389,6 +403,7 @@ mod tests {
         let mut turn = Loop {
             label: "frequencies".to_owned(),
             steps: 200,
+            is_estimated: false,
             done: 150,
             news: String::new(),
             begun,
@@ -401,6 +416,9 @@ mod tests {
         );
         turn.news = "450.085 Hz: 6.491 mm".to_owned();
         assert!(turn.line().ends_with("left; 450.085 Hz: 6.491 mm"));
+        turn.is_estimated = true;
+        assert!(turn.line().contains("150 of about 200"), "{}", turn.line());
+        turn.is_estimated = false;
         turn.done = 0;
         assert!(turn.line().contains("0 of 200 (0 %)"), "{}", turn.line());
         turn.done = 250;

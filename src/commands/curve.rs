@@ -6,7 +6,7 @@ use super::Workspace;
 use super::key_range::{DIGITS, KeyRange};
 use crate::error::RunError;
 use crate::files::{CurveUnderWay, Sought};
-use dovetail_export::warning::{LARGE_ERROR, Weight};
+use dovetail_export::warning::{CREEPS, LARGE_ERROR, Weight};
 use dovetail_export::words::{
     counted, figure, percent, quantity, rounded, short, supported_digits, title,
 };
@@ -118,6 +118,16 @@ impl Workspace<'_> {
                  {to}, where nothing is known of it; other values (--over), more \
                  response.max_newton_iterations or another number of response.harmonics may help",
                 counted(gaps.len(), "gap", "gaps")
+            );
+            self.reporter.warning(Weight::Doubt, text);
+        }
+        let places = response.branches.iter().filter_map(|b| b.given_up);
+        let places: Vec<String> = places.map(|at| over.words(curve.values[at])).collect();
+        if !places.is_empty() {
+            let text = format!(
+                "the curve was given up at {}, where {CREEPS}, and nothing is known of it \
+                 behind that place; another range (--over) or fewer response.harmonics may help",
+                places.join(" and ")
             );
             self.reporter.warning(Weight::Doubt, text);
         }

@@ -4,7 +4,7 @@ use super::excited::{much_damping, resonance_warnings};
 use super::line::ReportLine;
 use super::mistakes::key_of_sides;
 use crate::motions::retained_words;
-use dovetail_export::warning::{LARGE_ERROR, Warning, accuracy_warning, remark, wrong};
+use dovetail_export::warning::{CREEPS, LARGE_ERROR, Warning, accuracy_warning, remark, wrong};
 use dovetail_export::words::{counted, figure, percent, quantity};
 use dovetail_solver::contact::PairLaw;
 use dovetail_solver::dlft::branch::folds;
@@ -489,6 +489,7 @@ fn frequency_warnings(
         )));
     }
     warnings.extend(gaps(response));
+    warnings.extend(given_up(response));
     let is_linear = reduced.problem.laws.is_empty();
     for (i, one) in observed.iter().enumerate() {
         warnings.extend(hidden_peak(
@@ -570,6 +571,20 @@ fn gaps(response: &Response) -> Option<Warning> {
          give a grid (response.points) to solve each frequency by itself",
         counted(gaps.len(), "gap", "gaps"),
     )))
+}
+
+/// Warning that a curve was given up.
+fn given_up(response: &Response) -> Option<Warning> {
+    let places = response.branches.iter().filter_map(|b| b.given_up);
+    let places = places.map(|at| format!("{:.4} Hz", response.orbits[at].frequency_hz));
+    let places: Vec<String> = places.collect();
+    (!places.is_empty()).then(|| {
+        accuracy_warning(format!(
+            "the curve was given up at {}, where {CREEPS}, and nothing is known of it behind that place; \
+             give a grid (response.points) to solve each frequency by itself, or take fewer response.harmonics",
+            places.join(" and "),
+        ))
+    })
 }
 
 /// Warning that the given number of harmonics may be too small.
@@ -755,6 +770,27 @@ mod tests {
             two.contains("2 gaps, the first from 10.0000 to 20.0000 Hz"),
             "{two}"
         );
+    }
+
+    #[test]
+    fn a_curve_that_was_given_up_says_where() {
+        let told = |places: [Option<usize>; 2]| {
+            let branch = |place| {
+                let mut branch = Branch::swept(1);
+                branch.given_up = place;
+                branch
+            };
+            let orbit = |hz| Orbit::motionless(hz, Outcome::Converged);
+            let response = Response {
+                orbits: [940.83, 951.5].map(orbit).to_vec(),
+                branches: places.map(branch).to_vec(),
+                ..Response::default()
+            };
+            given_up(&response).map(|warning| warning.text)
+        };
+        assert_eq!(told([None, None]), None);
+        let both = told([Some(0), Some(1)]).unwrap();
+        assert!(both.contains("at 940.8300 Hz and 951.5000 Hz"), "{both}");
     }
 
     #[test]

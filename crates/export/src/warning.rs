@@ -2,6 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
+/// Reason for which a curve is given up.
+pub const CREEPS: &str = "hundreds of its steps lead through hardly any of the range";
+
 /// Estimated error of an amplitude above which a run warns of it.
 pub const LARGE_ERROR: f64 = 0.02;
 /// Estimated mesh error of a stress, relative to the stress, above which a run warns of it.

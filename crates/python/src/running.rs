@@ -38,6 +38,7 @@ enum Message {
         label: String,
         steps: usize,
     },
+    LoopExpects(usize),
     LoopAdvances(usize),
     LoopEnds,
     Frequency {
@@ -63,6 +64,7 @@ impl Message {
                 label: (*label).to_owned(),
                 steps: *steps,
             },
+            News::Event(Event::LoopExpects(steps)) => Self::LoopExpects(*steps),
             News::Event(Event::LoopAdvances(steps)) => Self::LoopAdvances(*steps),
             News::Event(Event::LoopEnds) => Self::LoopEnds,
             News::Event(Event::Frequency(solved)) => Self::Frequency {
@@ -106,6 +108,10 @@ impl Message {
                 dict.set_item("label", label)?;
                 dict.set_item("steps", steps)?;
                 "loop_begins"
+            }
+            Self::LoopExpects(steps) => {
+                dict.set_item("steps", steps)?;
+                "loop_expects"
             }
             Self::LoopAdvances(steps) => {
                 dict.set_item("steps", steps)?;
@@ -168,7 +174,7 @@ impl Wire {
                 self.send(Message::LoopAdvances(usize::from(!solved.again)));
             }
             SweepProgress::Next(stop) => self.set_stop(stop),
-            SweepProgress::Tries(_) => {}
+            SweepProgress::Tries(_) | SweepProgress::Apart => {}
         }
     }
 

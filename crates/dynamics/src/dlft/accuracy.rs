@@ -296,11 +296,6 @@ impl<'a> Refinement<'a> {
         levels.into_iter().find(enough).unwrap_or(0)
     }
 
-    /// Solver of the first level with at least so many harmonics.
-    pub(crate) fn solver_for_harmonics(&self, harmonics: usize) -> &FrequencySolver<'_> {
-        self.level(self.level_of(harmonics))
-    }
-
     /// Solver of the lowest level, for what is the same on all levels.
     pub(crate) fn lowest(&self) -> &FrequencySolver<'_> {
         self.level(0)

@@ -350,6 +350,9 @@ pub enum SweepProgress<'a> {
     Solved(&'a SolvedFrequency),
     /// A strategy is tried at a frequency.
     Tries(Attempt<'a>),
+    /// The curves from both ends of a range have different motions in its middle. Each is followed on
+    /// to the other end.
+    Apart,
     /// One more frequency is to be solved. A listener may stop the sweep here: its response then has
     /// only the frequencies that were solved before.
     Next(&'a Stop),
@@ -523,6 +526,9 @@ pub struct Branch {
     /// Abscissa of each of its points: the frequency, Hz, or what else the branch is followed over.
     /// Empty where the frequencies were swept.
     pub abscissae: Vec<f64>,
+    /// Position in the orbits at which the branch was given up, because it crept: its last steps led
+    /// through hardly any of the range.
+    pub given_up: Option<usize>,
 }
 
 impl Branch {
@@ -603,6 +609,7 @@ pub mod peaks;
 mod point;
 pub mod retention;
 mod rounded;
+mod same_vibration;
 pub mod settings;
 mod slow_excitation;
 pub mod starting_traction;

@@ -48,6 +48,8 @@ class Bar:
         elif kind == "loop_begins":
             bar = tqdm(total=event["steps"] or None, desc=self.stage or event["label"], leave=False)
             self.bars.append(bar)
+        elif kind == "loop_expects" and self.bars:
+            self.bars[-1].total = event["steps"]
         elif kind == "loop_advances" and self.bars:
             self.bars[-1].update(event["steps"])
         elif kind == "frequency" and self.bars:
@@ -84,6 +86,8 @@ class Lines:
             self.loops.pop()
         elif kind == "frequency" and self.loops:
             self.loops[-1][4] = _news(event)
+        elif kind == "loop_expects" and self.loops:
+            self.loops[-1][1] = event["steps"]
         elif kind == "loop_advances" and self.loops:
             loop = self.loops[-1]
             loop[2] += event["steps"]

@@ -4,11 +4,12 @@
 //! Each value that a step of the curve asks for has a model of its own. Where the bodies are the same
 //! as at the first value, its reduction serves, and where they rest alike, its static state.
 
-use std::collections::{HashSet, VecDeque};
+use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use super::at::ModelAtValue;
 use super::bodies::{Bound, Source, problem};
+use super::curve_progress::CurveProgress;
 use super::error::Error;
 use super::kept::ReductionInputs;
 use super::records::{RecordInputs, ResponseInputs};
@@ -129,19 +130,15 @@ fn followed(
         key: question.key,
         range,
     })?;
-    let steps = session.steps(range.values.len(), "values");
-    let asked: HashSet<u64> = range.abscissae().iter().map(|v| v.to_bits()).collect();
-    let passed = Mutex::new(HashSet::new());
+    let curve = CurveProgress::new(session, &range.abscissae());
     let tell = |told: SweepProgress<'_>| match told {
         SweepProgress::Solved(solved) => {
             // A store that ends the run takes effect at the next point.
             let _ = session.append(recorded.key, solved);
-            let bits = solved.abscissa().to_bits();
-            if asked.contains(&bits) && lock(&passed).insert(bits) {
-                steps.step();
-            }
+            curve.advance(solved);
         }
         SweepProgress::Next(stop) => session.stop_if_ended(stop),
+        SweepProgress::Apart => curve.go_on(),
         SweepProgress::Tries(_) => {}
     };
     let model_of = |value: f64| models.model(value);

@@ -19,6 +19,7 @@ mod bodies;
 mod campbell;
 mod crossing_peaks;
 mod curve;
+mod curve_progress;
 mod error;
 mod free_motion;
 mod kept;

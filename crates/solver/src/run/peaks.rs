@@ -509,7 +509,7 @@ pub(super) fn counting(
             solved.fetch_add(1, Ordering::Relaxed);
         }
         SweepProgress::Next(stop) => session.stop_if_ended(stop),
-        SweepProgress::Tries(_) => {}
+        SweepProgress::Tries(_) | SweepProgress::Apart => {}
     }
 }
 

@@ -1,5 +1,6 @@
 //! Response of a reduced model about its static state.
 
+use super::curve_progress::CurveProgress;
 use super::error::Error;
 use super::records::{RecordInputs, ResponseInputs};
 use super::reduced::ReducedScene;
@@ -14,7 +15,7 @@ use crate::dlft::linear_curve::linear_curve;
 use crate::dlft::orbit::{linear_orbit, linear_point};
 use crate::dlft::settings::Resolution;
 use crate::dlft::sweep::{SweepSettings, sweep};
-use crate::dlft::{Branch, Orbit, Response, SolvedFrequency, StaticState, SweepProgress};
+use crate::dlft::{Branch, Orbit, Response, StaticState, SweepProgress};
 use crate::problem::Problem;
 use crate::problem::dynamic_stiffness::ContactSystem;
 use crate::results::far_slip::ShorterSides;
@@ -22,7 +23,6 @@ use crate::results::modes::{ModeKind, hertz};
 use dovetail_numerics::memory;
 use dovetail_numerics::nonlinear::NewtonOptions;
 use dovetail_numerics::spectrum::blocks;
-use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Checks that all sectors of the disc of a scene, if any, are excited in phase, and that no air acts
 /// back on them, which a task needs.
@@ -240,27 +240,29 @@ impl Responses<'_, '_> {
             points: spec.points,
         }))?;
         let follows = follows(spec, self.frequencies_hz);
-        let steps = if follows {
-            session.steps(100, "% of the range")
+        let (curve, steps) = if follows {
+            (Some(CurveProgress::new(session, self.frequencies_hz)), None)
         } else {
-            session.steps(self.frequencies_hz.len(), "frequencies")
+            let frequencies = self.frequencies_hz.len();
+            (None, Some(session.steps(frequencies, "frequencies")))
         };
-        let reached = Reached::new(self.frequencies_hz);
         let tell = |told: SweepProgress<'_>| match told {
             SweepProgress::Solved(solved) => {
                 let mut solved = solved.clone();
                 sides.judge_orbit(&mut solved.orbit);
                 let _ = session.append(recorded.key, &solved);
                 let _ = session.report(&Event::Frequency(&solved));
-                if follows {
-                    (0..reached.additional_percent(&solved)).for_each(|_| steps.step());
-                } else if !solved.again {
+                if let Some(curve) = &curve {
+                    curve.advance(&solved);
+                }
+                if let (Some(steps), false) = (&steps, solved.again) {
                     steps.step();
                 }
             }
             SweepProgress::Tries(attempt) => {
                 let _ = session.report(&Event::Tries(attempt));
             }
+            SweepProgress::Apart => curve.iter().for_each(CurveProgress::go_on),
             SweepProgress::Next(stop) => session.stop_if_ended(stop),
         };
         let solve = if follows { follow } else { sweep };
@@ -317,94 +319,10 @@ pub(super) fn smooth_curve_frequencies_hz(from_hz: f64, to_hz: f64) -> Vec<f64> 
     numbers.map(|i| from_hz + step_hz * i).collect()
 }
 
-/// Shares of the range that the two followers of branches have behind them.
-struct Reached<'a> {
-    frequencies_hz: &'a [f64],
-    /// Per cent of the range, of each of the two.
-    percent: [AtomicUsize; 2],
-}
-
-impl<'a> Reached<'a> {
-    fn new(frequencies_hz: &'a [f64]) -> Self {
-        Self {
-            frequencies_hz,
-            percent: Default::default(),
-        }
-    }
-
-    /// Per cent of the range that a point adds to what is behind its follower.
-    fn additional_percent(&self, solved: &SolvedFrequency) -> usize {
-        let ends = self.frequencies_hz.first().zip(self.frequencies_hz.last());
-        let (Some((from, to)), Some(along)) = (ends, &solved.along) else {
-            return 0;
-        };
-        let (begin, end) = if along.from_last {
-            (to, from)
-        } else {
-            (from, to)
-        };
-        let share = (solved.orbit.frequency_hz - begin) / (end - begin);
-        // Each follower has half of the range before it, unless both do not meet.
-        let now = (100.0 * share).clamp(0.0, 50.0) as usize;
-        let before = self.percent[usize::from(along.from_last)].fetch_max(now, Ordering::Relaxed);
-        now.saturating_sub(before)
-    }
-}
-
 fn title(resolution: Resolution) -> String {
     match resolution {
         Resolution::Fixed { harmonics: 1, .. } => "response, 1 harmonic".to_owned(),
         Resolution::Fixed { harmonics, .. } => format!("response, {harmonics} harmonics"),
         Resolution::Accuracy(accuracy) => format!("response, accuracy {accuracy}"),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::dlft::{BranchPosition, LinearPoint, Outcome, Part};
-
-    fn solved(frequency_hz: f64, from_last: bool) -> SolvedFrequency {
-        SolvedFrequency {
-            orbit: Orbit::motionless(frequency_hz, Outcome::Converged),
-            linear: LinearPoint {
-                frequency_hz,
-                observed_amplitude: Vec::new(),
-            },
-            next_level: 0,
-            again: false,
-            along: Some(BranchPosition {
-                from_last,
-                step: 0,
-                part: Part::Reached,
-                abscissa: frequency_hz,
-                length: 0.0,
-                heading: None,
-            }),
-        }
-    }
-
-    /// Round a fold frequencies fall back, and a follower that meets no other one goes on past the
-    /// middle.
-    #[test]
-    fn two_followers_have_no_more_than_the_whole_range_behind_them() {
-        let reached = Reached::new(&[100.0, 150.0, 200.0]);
-        let mut percent = 0;
-        for (frequency_hz, from_last, expected) in [
-            (100.0, false, 0),
-            (120.0, false, 20),
-            (200.0, true, 20),
-            (110.0, false, 20),
-            (121.0, false, 21),
-            (170.0, true, 51),
-            (190.0, true, 51),
-            (180.0, false, 80),
-            (90.0, true, 100),
-            (199.0, false, 100),
-            (210.0, true, 100),
-        ] {
-            percent += reached.additional_percent(&solved(frequency_hz, from_last));
-            assert_eq!(percent, expected, "{frequency_hz} Hz");
-        }
     }
 }

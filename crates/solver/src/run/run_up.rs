@@ -202,7 +202,7 @@ impl Ascent<'_, '_> {
                 let _ = session.report(&Event::Tries(attempt));
             }
             SweepProgress::Next(stop) => session.stop_if_ended(stop),
-            SweepProgress::Solved(_) => {}
+            SweepProgress::Solved(_) | SweepProgress::Apart => {}
         };
         let (damping, state, settings) = (at.damping, &at.state, &at.settings);
         let solved = solve_after(last, point, problem, damping, state, settings, &tell);

@@ -132,9 +132,12 @@ pub enum Event<'a> {
     LoopBegins {
         /// Name of its steps, in one word.
         label: &'a str,
-        /// Number of steps.
+        /// Number of steps; 0 where it is not known ([`Event::LoopExpects`]).
         steps: usize,
     },
+    /// The loop that began last is now expected to have so many steps in all, those that are done
+    /// included.
+    LoopExpects(usize),
     /// A number of further steps of the loop that began last are done.
     LoopAdvances(usize),
     /// The loop that began last ends.
@@ -438,6 +441,11 @@ pub(super) struct Steps<'s, 'o> {
 }
 
 impl Steps<'_, '_> {
+    /// Reports how many steps the loop is expected to have in all.
+    pub(super) fn expect(&self, steps: usize) {
+        let _ = self.session.report(&Event::LoopExpects(steps));
+    }
+
     /// Reports that one more step is done.
     pub(super) fn step(&self) {
         let _ = self.session.report(&Event::LoopAdvances(1));

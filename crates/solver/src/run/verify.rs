@@ -228,15 +228,20 @@ fn orbits(
     Ok((result, chosen))
 }
 
-/// Positions of all motions at these frequencies.
+/// Positions of all motions at these frequencies, each of them once: both halves of a curve that do
+/// not meet in its middle may come through the same motions.
 ///
 /// # Errors
 /// [`Error::NotConverged`] where one of them has no motion.
 fn motions_at(asked_hz: &[f64], response: &Response) -> Result<Vec<usize>, Error> {
     let hz = |i: usize| response.orbits[i].frequency_hz;
-    let indices: Vec<usize> = (0..response.orbits.len())
-        .filter(|i| response.orbits[*i].outcome.has_motion() && asked_hz.contains(&hz(*i)))
-        .collect();
+    let mut indices: Vec<usize> = Vec::new();
+    for (i, orbit) in response.orbits.iter().enumerate() {
+        let known = |j: &usize| hz(*j) == hz(i) && response.orbits[*j].has_same_vibration(orbit);
+        if orbit.outcome.has_motion() && asked_hz.contains(&hz(i)) && !indices.iter().any(known) {
+            indices.push(i);
+        }
+    }
     let is_missing = |asked: &&f64| indices.iter().all(|i| hz(*i) != **asked);
     match asked_hz.iter().filter(is_missing).count() {
         0 => Ok(indices),
@@ -309,7 +314,29 @@ mod tests {
     use crate::contact::PairLaw;
     use crate::damping::DampingSpec;
     use crate::description::{FrequencyRange, ReducedModelSpec, ResponseSpec};
+    use crate::dlft::Outcome;
     use crate::dlft::settings::Resolution;
+
+    #[test]
+    fn each_motion_at_a_frequency_is_compared_once() {
+        let motion = |frequency_hz, amplitude_m: f64| Orbit {
+            observed: vec![vec![0.0, amplitude_m, 0.0]],
+            ..Orbit::motionless(frequency_hz, Outcome::Converged)
+        };
+        let response = Response {
+            orbits: vec![
+                motion(10.0, 1.0),
+                motion(20.0, 2.0),
+                motion(20.0, 3.0),
+                motion(20.0, 2.00001),
+                motion(10.0, 1.0),
+                Orbit::motionless(20.0, Outcome::Stagnated),
+            ],
+            ..Response::default()
+        };
+        assert_eq!(motions_at(&[10.0, 20.0], &response).unwrap(), [0, 1, 2]);
+        assert!(motions_at(&[15.0, 20.0], &response).is_err());
+    }
 
     #[test]
     fn a_motion_in_time_has_no_fewer_modes_than_harmonics_require() {

@@ -6,18 +6,13 @@ use super::peak::Guess;
 use super::several::several_motions;
 use super::trace::Course;
 use super::values::Values;
-use crate::dlft::balance::Balance;
 use crate::dlft::linear_curve::linear_curve;
-use crate::dlft::newton_krylov::step_length;
 use crate::dlft::point::{Neighbour, SolverWork};
 use crate::dlft::sweep::{NumberedFrequency, SweepSolvers};
-use crate::dlft::{Orbit, Response, SolvedFrequency};
-use std::f64::consts::TAU;
+use crate::dlft::{Orbit, Response, SolvedFrequency, SweepProgress};
 
 /// Parts of the range at whose ends the linear reference is known in any case.
 const LINEAR_PARTS: usize = 200;
-/// Two motions at one frequency are the same where they differ by less than this fraction.
-const SAME: f64 = 1e-4;
 
 impl SweepSolvers<'_> {
     /// Follows the branches that begin at the two ends of these frequencies, each to the middle.
@@ -73,7 +68,7 @@ impl SweepSolvers<'_> {
         rayon::join(|| rising.advance(stop), || falling.advance(stop));
         let same = |a: Option<&SolvedFrequency>, b: Option<&SolvedFrequency>| {
             let at_one = a.zip(b).filter(|(a, b)| a.abscissa() == b.abscissa());
-            at_one.is_some_and(|(a, b)| self.is_same(&a.orbit, &b.orbit))
+            at_one.is_some_and(|(a, b)| a.orbit.has_same_vibration(&b.orbit))
         };
         let [first, second] = [&rising, &falling].map(|half| half.branch.truncated_at(middle));
         if same(first.points.last(), second.points.last()) {
@@ -84,6 +79,7 @@ impl SweepSolvers<'_> {
                 _ => None,
             };
             if let Some(half) = goes_on {
+                (self.tell)(SweepProgress::Apart);
                 half.advance(None);
                 if half.has_crossed() {
                     let Follower {
@@ -101,6 +97,7 @@ impl SweepSolvers<'_> {
             whole.extend(second.reversed());
             return vec![whole];
         }
+        (self.tell)(SweepProgress::Apart);
         (rising.compared, falling.compared) = (second.abscissae(), first.abscissae());
         rayon::join(|| rising.advance(None), || falling.advance(None));
         if values.is_some() {
@@ -172,40 +169,5 @@ impl SweepSolvers<'_> {
             ),
             level,
         )
-    }
-
-    /// Returns `true` if two motions at one abscissa have the same vibration: that of what is
-    /// observed, or that of the pairs where nothing is. Pairs that stick leave their means open.
-    pub(super) fn is_same(&self, a: &Orbit, b: &Orbit) -> bool {
-        if !a.outcome.has_motion() || !b.outcome.has_motion() {
-            return false;
-        }
-        let error = if a.harmonics == b.harmonics {
-            SAME
-        } else {
-            let errors = [a, b].map(|orbit| orbit.estimated_error.unwrap_or(0.0));
-            errors[0].max(errors[1]).max(SAME)
-        };
-        if a.observed.is_empty() {
-            let solver = self
-                .refinement
-                .solver_for_harmonics(a.harmonics.min(b.harmonics));
-            let balance = Balance::new(&solver.setting, TAU * a.frequency_hz);
-            let n = balance.unknowns_per_block();
-            let differs = |(a, b): (&f64, &f64)| a - b;
-            let moved: Vec<f64> = a.x.iter().zip(&b.x).map(differs).collect();
-            let vibration = |x: &[f64]| {
-                let mut x = x[..moved.len()].to_vec();
-                x[..n].fill(0.0);
-                step_length(&balance, &x)
-            };
-            return vibration(&moved) <= error * vibration(&a.x);
-        }
-        let size = |vibration: &mut dyn Iterator<Item = f64>| vibration.map(|c| c * c).sum::<f64>();
-        a.observed.iter().zip(&b.observed).all(|(a, b)| {
-            let moved = a.iter().zip(b).skip(1).map(|(a, b)| a - b);
-            let whole = size(&mut a.iter().skip(1).copied());
-            size(&mut { moved }) <= error * error * whole
-        })
     }
 }

@@ -12,7 +12,17 @@ pub(crate) struct Followed {
     pub lengths: Vec<f64>,
     /// Numbers of the points before which the branch was lost, and a motion looked for anew.
     pub gaps: Vec<usize>,
+    /// Number of the point at which it was given up, if it was.
+    pub given_up: Option<usize>,
 }
+
+/// Most points of a branch.
+const MOST_POINTS: usize = 5000;
+/// A branch creeps if so many steps lead through less than [`CREPT`] of the range. A resonance with
+/// folds and corners takes up to 200.
+const MOST_CREEPING_STEPS: usize = 300;
+/// Share of the range, see [`MOST_CREEPING_STEPS`].
+const CREPT: f64 = 0.02;
 
 impl Followed {
     /// The branch up to its first point at an abscissa; empty where there is none.
@@ -28,6 +38,7 @@ impl Followed {
                 .copied()
                 .filter(|gap| *gap < count)
                 .collect(),
+            given_up: None,
         }
     }
 
@@ -40,6 +51,7 @@ impl Followed {
         self.lengths.iter_mut().for_each(|l| *l = whole - *l);
         self.gaps.reverse();
         self.gaps.iter_mut().for_each(|gap| *gap = count - *gap);
+        self.given_up = self.given_up.map(|at| count - 1 - at);
         self
     }
 
@@ -49,6 +61,21 @@ impl Followed {
         let last = self.lengths.last();
         let length = last.zip(before).map(|(last, before)| last - before);
         length.is_some_and(|length| length < MOST_SHORT_STEPS as f64 * SHORT_STEP)
+    }
+
+    /// Returns `true` if it creeps through a range of this length, or has too many points.
+    pub(crate) fn creeps(&self, range: f64) -> bool {
+        let steps = self.points.iter().rev();
+        let steps = steps.take_while(|p| part_of(p) != Some(Part::Begun));
+        let steps = steps.filter(|p| part_of(p) == Some(Part::Reached));
+        let last: Vec<f64> = steps
+            .take(MOST_CREEPING_STEPS)
+            .map(SolvedFrequency::abscissa)
+            .collect();
+        let [least, most] = [f64::min, f64::max].map(|of| last.iter().copied().reduce(of));
+        let crept = least.zip(most).map(|(least, most)| most - least);
+        let is_short = crept.is_some_and(|crept| crept < CREPT * range);
+        self.points.len() >= MOST_POINTS || last.len() == MOST_CREEPING_STEPS && is_short
     }
 
     /// Abscissae of the points at the ends of its steps but the last two: where it passes one of them
@@ -90,6 +117,7 @@ impl Followed {
         self.lengths.extend(on.lengths.iter().map(|l| length + l));
         self.gaps.extend(on.gaps.iter().map(|gap| count + gap));
         self.points.append(&mut on.points);
+        self.given_up = on.given_up.map(|at| count + at);
     }
 
     /// Adds a point, at its place along the branch.
@@ -98,6 +126,7 @@ impl Followed {
             points,
             lengths,
             gaps,
+            ..
         } = self;
         let along = solved.along.as_ref();
         let part = part_of(&solved);
@@ -135,6 +164,7 @@ pub(crate) fn assembled(branches: Vec<Followed>) -> Response {
             gaps: branch.gaps.iter().map(|gap| first + gap).collect(),
             lengths: branch.lengths,
             abscissae,
+            given_up: branch.given_up.map(|at| first + at),
         });
     }
     response
@@ -155,6 +185,41 @@ pub fn partial_response(solved: impl IntoIterator<Item = SolvedFrequency>) -> Re
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::dlft::{BranchPosition, Orbit, Outcome};
+
+    /// Record of a point that a step came to.
+    fn reached(step: usize, abscissa: f64, from_last: bool) -> SolvedFrequency {
+        SolvedFrequency {
+            along: Some(BranchPosition {
+                from_last,
+                step,
+                part: Part::Reached,
+                abscissa,
+                length: 0.1 * step as f64,
+                heading: None,
+            }),
+            ..SolvedFrequency::isolated(Orbit::motionless(abscissa, Outcome::Converged))
+        }
+    }
+
+    #[test]
+    fn a_branch_creeps_where_hundreds_of_steps_go_nowhere() {
+        let of = |steps: &[f64]| {
+            let mut branch = Followed::default();
+            let points = steps.iter().enumerate();
+            points.for_each(|(step, at)| branch.keep(reached(step, *at, false)));
+            branch
+        };
+        let away: Vec<f64> = (0..50).map(|i| 100.0 + f64::from(i)).collect();
+        let circling = (0..300).map(|i| 150.0 + f64::from(i).sin());
+        let creeping = of(&away.iter().copied().chain(circling).collect::<Vec<_>>());
+        assert!(creeping.creeps(200.0) && !creeping.creeps(90.0));
+        let mut begun = creeping.clone();
+        let start = begun.points[200].along.as_mut().unwrap();
+        start.part = Part::Begun;
+        assert!(!begun.creeps(200.0));
+        assert!(!of(&away).creeps(200.0));
+    }
 
     /// The fold at which a contact is just touched takes a dozen steps of a millionth.
     #[test]

@@ -21,8 +21,6 @@ use crate::dlft::point::{Neighbour, Solution, SolverWork};
 use crate::dlft::sweep::{FrequencyOnLevel, NumberedFrequency, SweepSolvers};
 use crate::dlft::{BranchPosition, Orbit, Outcome, Part, SolvedFrequency, SweepProgress};
 
-/// Most points of a branch.
-const MOST_POINTS: usize = 5000;
 /// Points from which a peak is looked for.
 const RECENT: usize = 3;
 /// A peak is behind the last point where the amplitude is this fraction below the largest one.
@@ -117,8 +115,11 @@ impl<'b> Follower<'b> {
         if stop.is_some_and(is_at) {
             return;
         }
-        while !self.has_left && self.branch.points.len() < MOST_POINTS && self.run.should_continue()
-        {
+        while !self.has_left && self.branch.given_up.is_none() && self.run.should_continue() {
+            if self.branch.creeps(self.course.range()) {
+                self.branch.given_up = self.branch.points.len().checked_sub(1);
+                return;
+            }
             let stops = if self.tracer.is_some() {
                 self.step(&*self.parameter(), stop)
             } else {
@@ -332,7 +333,7 @@ impl<'b> Follower<'b> {
             there.peek().is_some() && {
                 let frequency_hz = over.frequency_hz(found.abscissa);
                 let orbit = orbit(balance, u, evaluation, frequency_hz, Outcome::Converged);
-                there.any(|p| self.run.is_same(&p.orbit, &orbit))
+                there.any(|p| p.orbit.has_same_vibration(&orbit))
             }
         })
     }

@@ -124,7 +124,7 @@ mod tests {
                     told.fetch_add(1, Ordering::Relaxed);
                 }
                 SweepProgress::Next(stop) if told.load(Ordering::Relaxed) >= 3 => stop.stop(),
-                SweepProgress::Next(_) | SweepProgress::Tries(_) => {}
+                SweepProgress::Next(_) | SweepProgress::Tries(_) | SweepProgress::Apart => {}
             };
             let response = solve(&problem, damping(&problem), &state, &settings, &[], &tell);
             // Each of the two halves may have begun one more step.
@@ -281,6 +281,49 @@ mod tests {
                 assert!(off.abs() < 1e-3, "{force_n} {per_s}: {point:?} {off:e}");
             }
         }
+    }
+
+    /// A curve whose records creep takes no further step. The one from the other end goes through the
+    /// range, unless it creeps itself.
+    #[test]
+    fn a_curve_that_creeps_is_given_up() {
+        let problem = mass_with_a_stop(1.0);
+        let settings = SweepSettings::new(vec![0.1, 0.4], Resolution::fixed(3, 64));
+        let state = static_state(&problem, 1, settings.newton);
+        let run = |earlier: &[SolvedFrequency]| {
+            let damping = made_up::DAMPING;
+            recorded(|tell| follow(&problem, damping, &state, &settings, earlier, tell)).0
+        };
+        let (_, records) =
+            recorded(|tell| follow(&problem, made_up::DAMPING, &state, &settings, &[], tell));
+        let creeping = |from_last: bool| {
+            let along = |r: &SolvedFrequency| r.along.clone().unwrap();
+            let own = records.iter().filter(|r| along(r).from_last == from_last);
+            let mut own: Vec<SolvedFrequency> = own.take(30).cloned().collect();
+            let last = own.iter().rposition(|r| along(r).part == Part::Reached);
+            own.truncate(last.unwrap() + 1);
+            let last = own.last().unwrap().clone();
+            own.extend((1..=320).map(|i| {
+                let mut again = last.clone();
+                again.along.as_mut().unwrap().step += i;
+                again.orbit.point += 2 * i;
+                again
+            }));
+            own
+        };
+        let one = run(&creeping(false));
+        let [whole] = &one.branches[..] else {
+            panic!("{:?}", one.branches);
+        };
+        assert_eq!(whole.given_up, None);
+        let hz = |i: usize| one.orbits[i].frequency_hz;
+        assert_eq!([0, whole.points.end - 1].map(hz), [0.1, 0.4]);
+        let both = run(&[creeping(false), creeping(true)].concat());
+        for branch in &both.branches {
+            let at = branch.given_up.unwrap();
+            assert!(branch.points.len() > 300 && at + 1 == branch.points.end);
+        }
+        assert_eq!(both.branches.len(), 2);
     }
 
     /// A mass with little damping before a hard stop: the curve turns back where it is touched,
