@@ -30,6 +30,7 @@ mod dovetail_script;
 mod excitation;
 mod export_files;
 mod extremes;
+mod fir_tree;
 mod friction_file;
 mod given_matrices;
 mod interruption;
