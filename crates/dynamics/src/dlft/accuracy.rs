@@ -365,8 +365,9 @@ impl<'a> Refinement<'a> {
             if !suffices {
                 let finer = estimate.finer;
                 let start = Neighbour::following(None, frequency_hz, finer, solved.balance.mean());
-                // A level may have no solution that is found, and the one above it may.
-                let refined = (level + 1..=highest).find_map(|above| {
+                // A level may have no solution that is found, and one of the next above it may.
+                let mut next = (level + 1..=highest).take(MOST_LEVELS_UP);
+                let refined = next.find_map(|above| {
                     let finer = self.level(above).solve_from(frequency_hz, &start, work);
                     finer.is_converged().then_some((above, finer))
                 });

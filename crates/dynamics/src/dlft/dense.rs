@@ -5,7 +5,7 @@
 //! that steps are measured in forces.
 
 use super::balance::{Balance, Evaluation, Evaluator, Jacobian};
-use super::newton_krylov::{load_scale, relative_residual, step_length};
+use super::measure::{load_scale, relative_residual, step_length};
 use dovetail_numerics::dense::Lu;
 use dovetail_numerics::nonlinear::{
     Damping, DoglegSystem, NewtonEnd, NewtonOptions, NonlinearSystem, correction, dogleg, newton,

@@ -600,6 +600,7 @@ pub mod linear_curve;
 mod linear_system;
 #[cfg(test)]
 pub(crate) mod made_up;
+mod measure;
 pub mod newton_krylov;
 pub mod one_balance;
 pub mod orbit;

@@ -1,16 +1,20 @@
 //! Newton-GMRES for the harmonic balance: linear solves on the pairs that take part
-//! (`dlft/linear_system.rs`).
+//! (`dlft/linear_system.rs`), and by a factor of the Jacobian where GMRES finds no solution and the
+//! unknowns are few.
 
+use std::cell::OnceCell;
 use std::sync::Arc;
 
 use super::balance::{Balance, Evaluator, Jacobian};
 use super::coarse::Coarse;
+use super::dense::{exactly_corrected, formed};
 use super::linear_system::{LinearSystem, PairDerivatives};
+use super::measure::{load_scale, relative_residual, step_length};
 use super::two_level::{self, Border};
 use crate::problem::inexact::Inexact;
+use dovetail_numerics::dense::Lu;
 use dovetail_numerics::krylov::{GmresEnd, RefreshPolicy};
 use dovetail_numerics::nonlinear::{LinearTolerances, NonlinearSystem};
-use dovetail_numerics::vector::norm;
 
 /// Usual relative residual of a linear solve.
 pub const KRYLOV_TOLERANCE: f64 = 1e-2;
@@ -19,6 +23,9 @@ pub const KRYLOV_TOLERANCE: f64 = 1e-2;
 /// period, where a full Newton step goes far astray.
 pub(crate) const LOOSE_KRYLOV_TOLERANCE: f64 = 0.1;
 const MOST_KRYLOV_ITERATIONS: usize = 300;
+/// Most unknowns for which the Jacobian is factored where GMRES finds no solution. The factor of so
+/// many takes as long as 300 iterations.
+const MOST_FACTORED_UNKNOWNS: usize = 1200;
 /// Smallest damping factor of Newton's method at one frequency. Each one that is tried costs a linear
 /// solve, and where only a shorter step helps, another start or strategy takes less.
 const SMALLEST_STEP: f64 = 1.0 / 64.0;
@@ -35,6 +42,40 @@ pub struct Preconditioner {
     retention_n_m: f64,
     width: usize,
     refresh: RefreshPolicy,
+    /// True once GMRES found no solution with these pairs.
+    has_failed: bool,
+}
+
+/// Jacobian at one point, for linear solves.
+pub(crate) struct Linearised {
+    system: LinearSystem,
+    /// The whole Jacobian, where its unknowns are few.
+    jacobian: Option<Jacobian>,
+    /// Its factor with the border of the first solve, once it was needed.
+    factor: OnceCell<Lu>,
+}
+
+impl Linearised {
+    /// Solves the system, with its border, by the factor. `None` where there is none, or where the
+    /// Jacobian is singular.
+    fn solve_exactly(
+        &self,
+        balance: &Balance,
+        border: Option<&Border>,
+        right: &[f64],
+        x: &mut [f64],
+    ) -> Option<()> {
+        let jacobian = self.jacobian.as_ref()?;
+        let factor = self.factor.get_or_init(|| {
+            let own = formed(balance, jacobian);
+            Lu::new(match border {
+                Some(border) => border.around(&own),
+                None => own,
+            })
+        });
+        let negative: Vec<f64> = right.iter().map(|r| -r).collect();
+        exactly_corrected(Some(factor), &negative, x).map(|_| ())
+    }
 }
 
 /// One frequency as a nonlinear system.
@@ -44,7 +85,7 @@ pub struct KrylovSystem<'a> {
     preconditioner: &'a mut Preconditioner,
     /// |F|, and the norm of its harmonic part.
     scale: [f64; 2],
-    linear: Option<LinearSystem>,
+    linear: Option<Linearised>,
     krylov_tolerance: f64,
     /// Returns `true` if the mean of U lies where no solution is looked for.
     walked_off: &'a dyn Fn(&[f64]) -> bool,
@@ -73,34 +114,6 @@ impl<'a> KrylovSystem<'a> {
     }
 }
 
-/// A residual below this fraction of |F| is rounding of the static forces (it is 5e-15 at a static
-/// state).
-const ROUNDING: f64 = 1e-14;
-
-/// Norms |F| and |F_1..H|, with the forces of a vibration that none of these excites. The second is at
-/// least so large that `tolerance` of it is above rounding; where nothing vibrates, it is |F|.
-pub(crate) fn load_scale(balance: &Balance, tolerance: f64) -> [f64; 2] {
-    let harmonic = norm(&balance.force[balance.unknowns_per_block()..]).hypot(balance.vibration_n);
-    let problem = &balance.setting.system.problem;
-    let whole = problem.steady_force_n().hypot(harmonic);
-    if harmonic == 0.0 {
-        return [whole; 2];
-    }
-    [whole, harmonic.max(ROUNDING / tolerance * whole)]
-}
-
-/// Larger of |f_0| / |F| and |f_1..H| / |F_1..H|, so that the vibration converges on its own scale.
-pub(crate) fn relative_residual(f: &[f64], n: usize, scale: [f64; 2]) -> f64 {
-    let ratio = |f: f64, s: f64| if f == 0.0 { 0.0 } else { f / s };
-    let [mean, rest] = [&f[..n], &f[n..]].map(norm);
-    let (mean, rest) = (ratio(mean, scale[0]), ratio(rest, scale[1]));
-    if mean.is_nan() || rest.is_nan() {
-        f64::NAN
-    } else {
-        mean.max(rest)
-    }
-}
-
 impl NonlinearSystem for KrylovSystem<'_> {
     fn residual(&mut self, x: &[f64], f: &mut [f64]) {
         f.copy_from_slice(&self.evaluator.evaluate(x).residual);
@@ -113,7 +126,7 @@ impl NonlinearSystem for KrylovSystem<'_> {
     fn linearise(&mut self, x: &[f64]) {
         let balance = self.evaluator.balance;
         let jacobian = balance.linearise(self.evaluator.evaluate(x));
-        self.linear = Some(self.preconditioner.linear_system(balance, &jacobian));
+        self.linear = Some(self.preconditioner.linear_system(balance, jacobian));
     }
 
     fn linear_tolerances(&self) -> Option<LinearTolerances> {
@@ -158,22 +171,16 @@ pub(crate) fn krylov_tolerances(usual: f64) -> LinearTolerances {
     }
 }
 
-/// Length of a step in forces, eps dU, so that steps of pairs of different stiffness weigh alike.
-pub(crate) fn step_length(balance: &Balance, dx: &[f64]) -> f64 {
-    let forces = dx.iter().enumerate().map(|(i, d)| balance.eps_at(i) * d);
-    forces.map(|f| f * f).sum::<f64>().sqrt()
-}
-
 impl Preconditioner {
     /// Linear system on the pairs that take part, with a coarse problem that serves it.
-    pub(crate) fn linear_system(&mut self, balance: &Balance, jacobian: &Jacobian) -> LinearSystem {
+    pub(crate) fn linear_system(&mut self, balance: &Balance, jacobian: Jacobian) -> Linearised {
         let problem = &balance.setting.inexact;
         let inexact = problem.taking_part(&jacobian.active, self.inexact.as_ref());
         let columns = inexact.columns();
         let linear = LinearSystem {
             harmonics: balance.stiffness.coefficients(MODES_BELOW),
             derivatives: single_precision_derivatives(
-                jacobian,
+                &jacobian,
                 &inexact.pairs,
                 balance.setting.fourier.width(),
             ),
@@ -182,13 +189,50 @@ impl Preconditioner {
             inexact,
         };
         self.serve(&linear, balance.setting.system.problem.highest_excited());
-        linear
+        let unknowns = balance.unknowns_per_block() * linear.width();
+        Linearised {
+            system: linear,
+            jacobian: (unknowns <= MOST_FACTORED_UNKNOWNS).then_some(jacobian),
+            factor: OnceCell::new(),
+        }
     }
 
     /// Solves J x = `right` to the relative residual `tolerance`, with a border where there is one:
-    /// the last entries of `right` and `x` then belong to it.
+    /// the last entries of `right` and `x` then belong to it. All solves of one linearisation have the
+    /// same border.
     #[expect(clippy::too_many_arguments, reason = "one solve, from two systems")]
     pub(crate) fn solve(
+        &mut self,
+        balance: &Balance,
+        linear: &Linearised,
+        border: Option<&Border>,
+        right: &[f64],
+        scale: [f64; 2],
+        tolerance: f64,
+        x: &mut [f64],
+    ) -> GmresEnd {
+        if self.has_failed && linear.solve_exactly(balance, border, right, x).is_some() {
+            return GmresEnd::SOLVED;
+        }
+        let system = &linear.system;
+        let end = self.solve_by_gmres(balance, system, border, right, scale, tolerance, x);
+        if end.converged || end.iterations < MOST_KRYLOV_ITERATIONS {
+            return end;
+        }
+        let mut exact = vec![0.0; x.len()];
+        if linear
+            .solve_exactly(balance, border, right, &mut exact)
+            .is_none()
+        {
+            return end;
+        }
+        x.copy_from_slice(&exact);
+        self.has_failed = true;
+        GmresEnd::solved_after(end.iterations)
+    }
+
+    #[expect(clippy::too_many_arguments, reason = "one solve, from two systems")]
+    fn solve_by_gmres(
         &mut self,
         balance: &Balance,
         linear: &LinearSystem,
@@ -275,6 +319,7 @@ impl Preconditioner {
             retention_n_m,
             width: linear.width(),
             refresh: RefreshPolicy::default(),
+            has_failed: false,
         };
     }
 }
@@ -302,4 +347,57 @@ fn restrict(v: &[f64], n: usize, columns: &[usize]) -> Vec<f64> {
     v.chunks_exact(n)
         .flat_map(|block| columns.iter().map(|&c| block[c]))
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::dlft::jacobians::sample_points_of_waves_too;
+
+    /// The factor answers where GMRES is not asked any more, with a border and without one.
+    #[test]
+    fn the_factor_solves_the_system_that_gmres_solves() {
+        for (what, balance, u) in &sample_points_of_waves_too() {
+            let n = balance.unknowns_per_block();
+            let scale = load_scale(balance, 1e-9);
+            let wave = |factor: f64, count: usize| -> Vec<f64> {
+                (0..count).map(|i| (factor * i as f64).cos()).collect()
+            };
+            // As for a curve: pairs that stick have no column, and rows are forces.
+            let jacobian = balance.linearise(&balance.evaluate(u));
+            let row = wave(0.7, u.len()).into_iter().enumerate();
+            let border = Border {
+                columns: vec![jacobian.unbalanced_part(&wave(1.3, u.len()), n)],
+                rows: vec![row.map(|(i, r)| balance.eps_at(i) * r).collect()],
+                corner: vec![vec![1.0]],
+            };
+            for border in [None, Some(&border)] {
+                let right = wave(
+                    0.4,
+                    u.len() + border.map_or(0, |border| border.columns.len()),
+                );
+                let mut solved = |has_failed: bool| {
+                    let mut kept = Preconditioner::default();
+                    let jacobian = balance.linearise(&balance.evaluate(u));
+                    let linear = kept.linear_system(balance, jacobian);
+                    kept.has_failed = has_failed;
+                    let mut x = vec![0.0; right.len()];
+                    let end = kept.solve(balance, &linear, border, &right, scale, 1e-5, &mut x);
+                    assert!(
+                        end.converged && (end.iterations == 0) == has_failed,
+                        "{what}"
+                    );
+                    x
+                };
+                let [by_gmres, by_factor] = [false, true].map(&mut solved);
+                let apart: Vec<f64> = by_gmres
+                    .iter()
+                    .zip(&by_factor)
+                    .map(|(a, b)| a - b)
+                    .collect();
+                let off = step_length(balance, &apart[..n]) / step_length(balance, &by_factor[..n]);
+                assert!(off < 1e-3, "{what}, {} unknowns: {off:e}", right.len());
+            }
+        }
+    }
 }

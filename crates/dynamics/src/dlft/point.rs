@@ -17,9 +17,8 @@
 use super::balance::{Balance, Setting};
 use super::dense::{MOST_DENSE_UNKNOWNS, exact_newton, powell};
 use super::gross_slip::{GROSS_SLIP, slides_past};
-use super::newton_krylov::{
-    KRYLOV_TOLERANCE, KrylovSystem, LOOSE_KRYLOV_TOLERANCE, load_scale, relative_residual,
-};
+use super::measure::{load_scale, relative_residual};
+use super::newton_krylov::{KRYLOV_TOLERANCE, KrylovSystem, LOOSE_KRYLOV_TOLERANCE};
 use super::retention::{Holding, Mean};
 use super::{Attempt, SweepProgress};
 use crate::dlft::settings::Solver;

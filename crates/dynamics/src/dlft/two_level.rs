@@ -33,6 +33,29 @@ pub(crate) struct Border {
 }
 
 impl Border {
+    /// Matrix with its columns and rows around `inner`.
+    pub(crate) fn around(&self, inner: &Mat<f64>) -> Mat<f64> {
+        let (own, further) = (inner.nrows(), self.columns.len());
+        let mut out = Mat::zeros(own + further, own + further);
+        for j in 0..own {
+            let (into, below) = out.col_as_slice_mut(j).split_at_mut(own);
+            into.copy_from_slice(inner.col_as_slice(j));
+            below
+                .iter_mut()
+                .zip(&self.rows)
+                .for_each(|(o, row)| *o = row[j]);
+        }
+        for (j, column) in self.columns.iter().enumerate() {
+            let (into, below) = out.col_as_slice_mut(own + j).split_at_mut(own);
+            into.copy_from_slice(column);
+            below
+                .iter_mut()
+                .zip(&self.corner)
+                .for_each(|(o, corner)| *o = corner[j]);
+        }
+        out
+    }
+
     /// Solves the further equations for the further unknowns, where the other unknowns are zero.
     pub(crate) fn further_unknowns(&self, right: &[f64]) -> Vec<f64> {
         eliminated(self.corner.clone(), right.to_vec())

@@ -29,6 +29,14 @@ impl GmresEnd {
         relative_residual: 0.0,
         converged: true,
     };
+
+    /// End of a solve that was made otherwise behind so many iterations.
+    pub fn solved_after(iterations: usize) -> Self {
+        Self {
+            iterations,
+            ..Self::SOLVED
+        }
+    }
 }
 
 /// Solves `A x = b` from x = 0. `precondition(v)` replaces v by an approximation P v of A^-1 v;

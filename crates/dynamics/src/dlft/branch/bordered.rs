@@ -14,10 +14,8 @@ use super::gauge::{BorderRow, Direction};
 use super::over::{SolutionAt, Solvers, Use};
 use crate::dlft::balance::{Balance, Evaluation, Jacobian};
 use crate::dlft::dense::{exactly_corrected, formed};
-use crate::dlft::linear_system::LinearSystem;
-use crate::dlft::newton_krylov::{
-    KRYLOV_TOLERANCE, Preconditioner, krylov_tolerances, load_scale, relative_residual, step_length,
-};
+use crate::dlft::measure::{load_scale, relative_residual, step_length};
+use crate::dlft::newton_krylov::{KRYLOV_TOLERANCE, Linearised, Preconditioner, krylov_tolerances};
 use crate::dlft::point::{FrequencySolver, Solution, SolverWork};
 use crate::dlft::retention::Mean;
 use crate::dlft::two_level::Border;
@@ -252,11 +250,11 @@ pub(crate) fn direction(
     let mut is_negative = None;
     if solver.is_exact() {
         x[unknowns] = 1.0;
-        let factor = Lu::new(bordered(&formed(balance, &jacobian), &border));
+        let factor = Lu::new(border.around(&formed(balance, &jacobian)));
         factor.solve_column_in_place(&mut x);
         is_negative = Some(factor.has_negative_determinant());
     } else {
-        let linear = work.preconditioner.linear_system(balance, &jacobian);
+        let linear = work.preconditioner.linear_system(balance, jacobian);
         let scale = load_scale(balance, solver.newton.tolerance);
         let border = scaled_to_forces(border, scale[0]);
         let mut right = vec![0.0; unknowns + 1];
@@ -311,7 +309,7 @@ fn has_negative_determinant(balance: &Balance, jacobian: &Jacobian, border: &Bor
         rows: border.rows.iter().map(of_moving).collect(),
         corner: border.corner.clone(),
     };
-    Lu::new(bordered(&inner, &border)).has_negative_determinant()
+    Lu::new(border.around(&inner)).has_negative_determinant()
 }
 
 /// Derivatives of the residual, from those of Lambda U - F at constant U, where nothing else depends
@@ -333,29 +331,6 @@ fn scaled_to_forces(mut border: Border, load_n: f64) -> Border {
     let coefficients = border.rows.iter_mut().chain(&mut border.corner).flatten();
     coefficients.for_each(|v| *v *= load_n);
     border
-}
-
-/// Matrix with the columns and rows of a border.
-fn bordered(inner: &Mat<f64>, border: &Border) -> Mat<f64> {
-    let (own, further) = (inner.nrows(), border.columns.len());
-    let mut out = Mat::zeros(own + further, own + further);
-    for j in 0..own {
-        let (into, below) = out.col_as_slice_mut(j).split_at_mut(own);
-        into.copy_from_slice(inner.col_as_slice(j));
-        below
-            .iter_mut()
-            .zip(&border.rows)
-            .for_each(|(o, row)| *o = row[j]);
-    }
-    for (j, column) in border.columns.iter().enumerate() {
-        let (into, below) = out.col_as_slice_mut(own + j).split_at_mut(own);
-        into.copy_from_slice(column);
-        below
-            .iter_mut()
-            .zip(&border.corner)
-            .for_each(|(o, corner)| *o = corner[j]);
-    }
-    out
 }
 
 /// Balance at the further unknowns that were asked for last, with its last evaluation.
@@ -497,7 +472,7 @@ impl<F: BalanceFamily> NonlinearSystem for Exact<'_, F> {
     fn linearise(&mut self, x: &[f64]) {
         let linearised = self.state.linearised(x);
         self.factor = linearised.map(|(jacobian, border)| {
-            let matrix = bordered(&formed(&self.state.balance, &jacobian), &border);
+            let matrix = border.around(&formed(&self.state.balance, &jacobian));
             Lu::new(matrix)
         });
     }
@@ -515,7 +490,7 @@ impl<F: BalanceFamily> NonlinearSystem for Exact<'_, F> {
 /// The system solved by GMRES on the pairs that take part.
 struct Krylov<'a, F> {
     state: State<'a, F>,
-    linear: Option<(LinearSystem, Border)>,
+    linear: Option<(Linearised, Border)>,
     krylov_iterations: usize,
     preconditioner: &'a mut Preconditioner,
 }
@@ -531,7 +506,7 @@ impl<F: BalanceFamily> NonlinearSystem for Krylov<'_, F> {
         let linearised = self.state.linearised(x);
         let State { balance, scale, .. } = &self.state;
         self.linear = linearised.map(|(jacobian, border)| {
-            let linear = self.preconditioner.linear_system(balance, &jacobian);
+            let linear = self.preconditioner.linear_system(balance, jacobian);
             (linear, scaled_to_forces(border, scale[0]))
         });
     }
@@ -590,7 +565,7 @@ mod tests {
                     rows: vec![row.iter().map(|r| sign * r).collect()],
                     corner: vec![vec![sign]],
                 };
-                let whole = bordered(&formed(balance, &jacobian), &border);
+                let whole = border.around(&formed(balance, &jacobian));
                 let expected = Lu::new(whole).has_negative_determinant();
                 let found = has_negative_determinant(balance, &jacobian, &border);
                 assert_eq!(found, expected, "{what} {sign}");

@@ -13,7 +13,7 @@ use crate::dlft::PairStatus;
 use crate::dlft::aft::PairEnd;
 use crate::dlft::balance::{Balance, Evaluation};
 use crate::dlft::dense::MOST_DENSE_UNKNOWNS;
-use crate::dlft::newton_krylov::{load_scale, relative_residual};
+use crate::dlft::measure::{load_scale, relative_residual};
 use dovetail_numerics::nonlinear::NewtonOptions;
 use dovetail_numerics::vector::norm;
 use std::f64::consts::TAU;

@@ -25,6 +25,9 @@ const SHARPEST: f64 = 1024.0;
 /// that needs more is too far.
 const END_ITERATIONS: usize = 45;
 const STEP_ITERATIONS: usize = 25;
+/// Newton iterations of a whole path. Most paths that lead to a motion take 60 to 180, and those that
+/// do not end only here.
+const MOST_PATH_ITERATIONS: usize = 200;
 /// Tolerances of the balances: below [`SHARP`], from there on, and with the law itself.
 const BLUNT_TOLERANCE: f64 = 1e-2;
 const SHARP_TOLERANCE: f64 = 1e-3;
@@ -50,11 +53,13 @@ struct Path<'a> {
     softest: f64,
     method: Method,
     u: Vec<f64>,
+    /// Newton iterations of the frequency at which the path ends.
+    last_iteration: usize,
 }
 
 impl FrequencySolver<'_> {
-    /// Motion at the end of the path. `None` where the mean is to be retained and there is nothing
-    /// to retain, or where the budget of the frequency is used up on the way.
+    /// Motion at the end of the path. `None` where the mean is to be retained and there is nothing to
+    /// retain, or where the budget of the path or of the frequency is used up on the way.
     ///
     /// The rounded laws have as many harmonics as exact corrections are cheap for; the law itself
     /// is then solved with more and more.
@@ -86,13 +91,14 @@ impl FrequencySolver<'_> {
             softest: if slides_past > SLIP { SOFTEST } else { 1.0 },
             method,
             u: self.static_start(),
+            last_iteration: work.newton_iterations + MOST_PATH_ITERATIONS,
         };
         path.sharpen(work);
         path.stiffen(work);
         path.refine(work);
+        let is_over = path.is_over(work);
         let u = path.u;
-        (!self.budget_exhausted(work))
-            .then(|| self.iterate(balance, u, self.stepping(), self.newton, work))
+        (!is_over).then(|| self.iterate(balance, u, self.stepping(), self.newton, work))
     }
 }
 
@@ -147,10 +153,15 @@ impl Path<'_> {
         }
     }
 
-    /// Solves the balance and moves to its solution; stays where none is found or the budget of the
-    /// frequency is used up. Returns `true` if it is found.
+    /// Returns `true` if the budget of the path or of the frequency is used up.
+    fn is_over(&self, work: &SolverWork) -> bool {
+        work.newton_iterations >= self.last_iteration || self.solver.budget_exhausted(work)
+    }
+
+    /// Solves the balance and moves to its solution; stays where none is found or the budget is used
+    /// up. Returns `true` if it is found.
     fn solve(&mut self, work: &mut SolverWork) -> bool {
-        if self.solver.budget_exhausted(work) {
+        if self.is_over(work) {
             return false;
         }
         let setting = &self.solver.setting;

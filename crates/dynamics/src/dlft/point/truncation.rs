@@ -4,7 +4,7 @@
 use super::{FrequencySolver, Method, Neighbour, Solution, SolverWork, Strategy, resized};
 use crate::dlft::balance::{Balance, Evaluation, Jacobian};
 use crate::dlft::dense::exact_correction;
-use crate::dlft::newton_krylov::{load_scale, relative_residual, step_length};
+use crate::dlft::measure::{load_scale, relative_residual, step_length};
 use crate::dlft::orbit::{observation_scales, observed_amplitudes_m, orbit, pair_cycles};
 use crate::dlft::{Orbit, Outcome, PairCycle};
 use dovetail_numerics::fourier::Fourier;
@@ -202,7 +202,7 @@ impl Judge<'_> {
         let jacobian = balance.linearise(&motion.evaluation_by(&balance, &u));
         let correction = self
             .solver
-            .krylov_correction(&balance, &jacobian, &sampled, work);
+            .krylov_correction(&balance, jacobian, &sampled, work);
         let Some(dx) = correction else {
             return motion.unknown(u);
         };
@@ -247,7 +247,7 @@ impl FrequencySolver<'_> {
     fn krylov_correction(
         &self,
         balance: &Balance,
-        jacobian: &Jacobian,
+        jacobian: Jacobian,
         evaluation: &Evaluation,
         work: &mut SolverWork,
     ) -> Option<Vec<f64>> {
