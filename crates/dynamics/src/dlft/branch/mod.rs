@@ -326,6 +326,22 @@ mod tests {
         assert_eq!(both.branches.len(), 2);
     }
 
+    /// An accuracy asks for other harmonics at the corners themselves.
+    #[test]
+    fn a_curve_keeps_its_direction_where_its_harmonics_change() {
+        for (force_n, per_s, accuracy) in [(3.0, 0.005, 0.003), (6.0, 0.01, 0.01)] {
+            let problem = rubbing_chain(force_n);
+            let settings = SweepSettings::new(vec![0.03, 0.2], Resolution::Accuracy(accuracy));
+            let state = static_state(&problem, 1, settings.newton);
+            let damping = Rayleigh::mass_proportional(per_s);
+            let followed = follow(&problem, damping, &state, &settings, &[], &|_| ());
+            let points = curve(&followed);
+            assert_eq!(folds::folds(&followed), [], "{force_n} {per_s}: {points:?}");
+            let harmonics = followed.orbits.iter().map(|orbit| orbit.harmonics);
+            assert!(harmonics.collect::<HashSet<_>>().len() > 2);
+        }
+    }
+
     /// A mass with little damping before a hard stop: the curve turns back where it is touched,
     /// within a millionth of its length.
     #[test]

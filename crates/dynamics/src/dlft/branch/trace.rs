@@ -186,8 +186,12 @@ impl Tracer {
             length: passed_length,
         };
         let ahead = Ahead::Along(self.last.tangent());
+        let mut last = CurvePoint::new(solvers, at, measured, &ahead, work)?;
+        if self.last.is_opposite_with_other_harmonics(&last) {
+            last.turn();
+        }
         Some(Self {
-            last: CurvePoint::new(solvers, at, measured, &ahead, work)?,
+            last,
             largest_motion: self.largest_motion.max(scales.motion),
             level: solvers.level,
             course: self.course,

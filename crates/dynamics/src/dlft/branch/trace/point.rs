@@ -83,6 +83,13 @@ impl CurvePoint {
         own.is_some() && negative(next).is_some_and(|its| Some(its) != own)
     }
 
+    /// Returns `true` if the direction at this point is known to lead the curve opposite to that with
+    /// another number of harmonics. Further harmonics have blocks of positive determinant.
+    pub(super) fn is_opposite_with_other_harmonics(&self, other: &Self) -> bool {
+        let [own, its] = [self, other].map(|point| point.direction.is_negative);
+        self.mean == other.mean && own.zip(its).is_some_and(|(own, its)| own != its)
+    }
+
     /// [`Direction::is_negative`], from the Jacobian.
     fn orientation(&self, solvers: Solvers<'_>) -> Option<bool> {
         let abscissa = self.abscissa;
