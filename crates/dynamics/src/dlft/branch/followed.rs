@@ -18,8 +18,7 @@ pub(crate) struct Followed {
 
 /// Most points of a branch.
 const MOST_POINTS: usize = 5000;
-/// A branch creeps if so many steps lead through less than [`CREPT`] of the range. A resonance with
-/// folds and corners takes up to 200.
+/// A branch creeps if so many steps in a row lead through less than [`CREPT`] of the range.
 const MOST_CREEPING_STEPS: usize = 300;
 /// Share of the range, see [`MOST_CREEPING_STEPS`].
 const CREPT: f64 = 0.02;
