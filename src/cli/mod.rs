@@ -51,6 +51,7 @@ use signal_hook::consts::SIGXFSZ;
 
 /// Runs the program with the arguments of the process. Exit codes: see [`ExitStatus`].
 pub fn main() -> ExitCode {
+    env_logger::init();
     // A file that may not grow is then an error of the file, with its name, and not the end without
     // a word.
     let told = signal_hook::flag::register(SIGXFSZ, Arc::default());

@@ -29,6 +29,8 @@ use pyo3::prelude::*;
 
 #[pymodule]
 fn _dovetail(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    // `RUST_LOG` asks for logs. The program that imports the module may have another logger.
+    let _ = env_logger::try_init();
     // Results are then those of the program to the bit.
     dovetail_solver::run::factorise_on_one_thread();
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;

@@ -4,15 +4,14 @@
 //! M. J. D. Powell, A hybrid method for nonlinear equations, 1970; its region is scaled by eps, so
 //! that steps are measured in forces.
 
-use super::balance::{Balance, Evaluation, Evaluator, Jacobian};
+use super::balance::{Balance, Evaluation, Evaluator};
+use super::border::{Border, Equations};
+use super::factored::{FactoredJacobian, formed};
 use super::measure::{load_scale, relative_residual, step_length};
-use dovetail_numerics::dense::Lu;
 use dovetail_numerics::nonlinear::{
     Damping, DoglegSystem, NewtonEnd, NewtonOptions, NonlinearSystem, correction, dogleg, newton,
 };
-use dovetail_numerics::spectrum::{cosine, sine};
-use faer::linalg::matmul::matmul;
-use faer::{Accum, Mat, MatRef, Par};
+use faer::Mat;
 
 /// Most unknowns for which the dense dogleg and rounded laws with exact corrections are tried.
 pub(crate) const MOST_DENSE_UNKNOWNS: usize = 2000;
@@ -59,17 +58,25 @@ pub fn powell(
 }
 
 /// Solves J dx = -f with the factor of J, as [`NonlinearSystem::correction`] does.
-pub(crate) fn exactly_corrected(factor: Option<&Lu>, f: &[f64], dx: &mut [f64]) -> Option<f64> {
-    let factor = factor?;
-    dx.iter_mut().zip(f).for_each(|(d, f)| *d = -f);
-    factor.solve_column_in_place(dx);
-    dx.iter().all(|d| d.is_finite()).then_some(0.0)
+pub(crate) fn exactly_corrected(
+    balance: &Balance,
+    factor: Option<&FactoredJacobian>,
+    border: Option<&Border>,
+    f: &[f64],
+    dx: &mut [f64],
+) -> Option<f64> {
+    let right: Vec<f64> = f.iter().map(|f| -f).collect();
+    let equations = Equations {
+        border,
+        right: &right,
+    };
+    factor?.solve(balance, equations, dx).map(|()| 0.0)
 }
 
 struct ExactSystem<'a> {
     dense: DenseBalance<'a>,
     /// Factor of the Jacobian at the last linearisation.
-    factor: Option<Lu>,
+    factor: Option<FactoredJacobian>,
 }
 
 impl<'a> ExactSystem<'a> {
@@ -91,10 +98,13 @@ impl NonlinearSystem for ExactSystem<'_> {
         self.dense.measure(f)
     }
     fn linearise(&mut self, x: &[f64]) {
-        self.factor = Some(Lu::new(self.dense.jacobian(x)));
+        let balance = self.dense.evaluator.balance;
+        let jacobian = balance.linearise(self.dense.evaluator.evaluate(x));
+        self.factor = Some(FactoredJacobian::new(balance, jacobian, None));
     }
     fn correction(&mut self, f: &[f64], _: f64, dx: &mut [f64]) -> Option<f64> {
-        exactly_corrected(self.factor.as_ref(), f, dx)
+        let balance = self.dense.evaluator.balance;
+        exactly_corrected(balance, self.factor.as_ref(), None, f, dx)
     }
     fn is_late(&self) -> bool {
         self.dense.is_late()
@@ -135,86 +145,7 @@ impl DoglegSystem for DenseBalance<'_> {
     fn jacobian(&mut self, x: &[f64]) -> Mat<f64> {
         let balance = self.evaluator.balance;
         let jacobian = balance.linearise(self.evaluator.evaluate(x));
-        formed(balance, &jacobian)
-    }
-}
-
-/// Dense Jacobian J = (I - D)(Lambda - eps) + eps of all pairs.
-pub(crate) fn formed(balance: &Balance, jacobian: &Jacobian) -> Mat<f64> {
-    let n = balance.unknowns_per_block();
-    let width = balance.setting.fourier.width();
-    let size = n * width;
-    let mut out = Mat::<f64>::zeros(size, size);
-    // Lambda - eps.
-    let mut stiffness = balance.setting.system.problem.reduced.stiffness.clone();
-    if let Some(retention) = balance.retention() {
-        retention.add_to_matrix(&mut stiffness);
-    }
-    for j in 0..n {
-        out.col_as_slice_mut(j)[..n].copy_from_slice(stiffness.col_as_slice(j));
-    }
-    for k in 1..=balance.stiffness.harmonics() {
-        let [re, im] = balance.stiffness.formed(k);
-        let (c, s) = (cosine(k) * n, sine(k) * n);
-        for j in 0..n {
-            for i in 0..n {
-                let (re, im) = (re[(i, j)], im[(i, j)]);
-                out[(c + i, c + j)] = re;
-                out[(c + i, s + j)] = im;
-                out[(s + i, c + j)] = -im;
-                out[(s + i, s + j)] = re;
-            }
-        }
-    }
-    for i in 0..size {
-        out[(i, i)] -= balance.eps_at(i);
-    }
-    // (I - D) times that, pair after pair: the rows of a pair that sticks vanish.
-    let full = 3 * width;
-    let mut derivatives = jacobian.active.iter().zip(&jacobian.derivatives).peekable();
-    let (mut rows, mut moved) = (Mat::zeros(full, size), Mat::zeros(full, size));
-    for pair in 0..n / 3 {
-        let at = |i: usize| (i % width) * n + 3 * pair + i / width;
-        let derivative = derivatives.next_if(|(active, _)| **active == pair);
-        let Some((_, derivative)) = derivative else {
-            for j in 0..size {
-                (0..full).for_each(|i| out[(at(i), j)] = 0.0);
-            }
-            continue;
-        };
-        for j in 0..size {
-            (0..full).for_each(|i| rows[(i, j)] = out[(at(i), j)]);
-        }
-        matmul(
-            moved.as_mut(),
-            Accum::Replace,
-            MatRef::from_row_major_slice(derivative, full, full),
-            rows.as_ref(),
-            1.0,
-            Par::Seq,
-        );
-        for j in 0..size {
-            (0..full).for_each(|i| out[(at(i), j)] -= moved[(i, j)]);
-        }
-    }
-    for i in 0..size {
-        out[(i, i)] += balance.eps_at(i);
-    }
-    out
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::dlft::jacobians::{differences, sample_points_of_waves_too};
-    use dovetail_testkit::differences::assert_close;
-
-    #[test]
-    fn the_dense_jacobian_is_that_by_differences() {
-        for (what, balance, u) in &sample_points_of_waves_too() {
-            let options = NewtonOptions::new(1e-8, 1);
-            let exact = DenseBalance::new(balance, options).jacobian(u);
-            assert_close(&exact, &differences(balance, u), 1e-7, what);
-        }
+        let pairs: Vec<usize> = (0..balance.unknowns_per_block() / 3).collect();
+        formed(balance, &jacobian, &pairs)
     }
 }

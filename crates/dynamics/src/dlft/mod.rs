@@ -585,15 +585,18 @@ pub(crate) mod aft;
 pub mod backbone;
 pub mod balance;
 mod between_samples;
+mod border;
 pub mod branch;
 mod coarse;
 pub mod demand;
 pub mod dense;
 mod derivative_rows;
 pub mod eps;
+mod factored;
 mod figure_errors;
 mod frozen;
 mod gross_slip;
+mod homotopy;
 #[cfg(test)]
 pub(crate) mod jacobians;
 pub mod linear_curve;

@@ -2,17 +2,17 @@
 //! (`dlft/linear_system.rs`), and by a factor of the Jacobian where GMRES finds no solution and the
 //! unknowns are few.
 
-use std::cell::OnceCell;
+use std::cell::{OnceCell, RefCell};
 use std::sync::Arc;
 
 use super::balance::{Balance, Evaluator, Jacobian};
+use super::border::{Equations, put_back, remaining_right_side, restrict};
 use super::coarse::Coarse;
-use super::dense::{exactly_corrected, formed};
+use super::factored::FactoredJacobian;
 use super::linear_system::{LinearSystem, PairDerivatives};
 use super::measure::{load_scale, relative_residual, step_length};
-use super::two_level::{self, Border};
+use super::two_level;
 use crate::problem::inexact::Inexact;
-use dovetail_numerics::dense::Lu;
 use dovetail_numerics::krylov::{GmresEnd, RefreshPolicy};
 use dovetail_numerics::nonlinear::{LinearTolerances, NonlinearSystem};
 
@@ -23,9 +23,10 @@ pub const KRYLOV_TOLERANCE: f64 = 1e-2;
 /// period, where a full Newton step goes far astray.
 pub(crate) const LOOSE_KRYLOV_TOLERANCE: f64 = 0.1;
 const MOST_KRYLOV_ITERATIONS: usize = 300;
-/// Most unknowns for which the Jacobian is factored where GMRES finds no solution. The factor of so
-/// many takes as long as 300 iterations.
+/// Most unknowns for which the Jacobian is factored where GMRES finds no solution, and iterations after
+/// which it is: the factor of so many takes as long as these.
 const MOST_FACTORED_UNKNOWNS: usize = 1200;
+const ITERATIONS_BESIDE_A_FACTOR: usize = 100;
 /// Smallest damping factor of Newton's method at one frequency. Each one that is tried costs a linear
 /// solve, and where only a shorter step helps, another start or strategy takes less.
 const SMALLEST_STEP: f64 = 1.0 / 64.0;
@@ -42,39 +43,41 @@ pub struct Preconditioner {
     retention_n_m: f64,
     width: usize,
     refresh: RefreshPolicy,
-    /// True once GMRES found no solution with these pairs.
+    /// True once GMRES found no solution with so many blocks.
     has_failed: bool,
 }
 
 /// Jacobian at one point, for linear solves.
 pub(crate) struct Linearised {
     system: LinearSystem,
-    /// The whole Jacobian, where its unknowns are few.
-    jacobian: Option<Jacobian>,
+    /// The whole Jacobian, where its unknowns are few and its factor was not needed yet.
+    jacobian: RefCell<Option<Jacobian>>,
     /// Its factor with the border of the first solve, once it was needed.
-    factor: OnceCell<Lu>,
+    factor: OnceCell<FactoredJacobian>,
 }
 
 impl Linearised {
+    /// Returns `true` if there is a factor, or what to make it of.
+    fn has_factor(&self) -> bool {
+        self.factor.get().is_some() || self.jacobian.borrow().is_some()
+    }
+
     /// Solves the system, with its border, by the factor. `None` where there is none, or where the
     /// Jacobian is singular.
     fn solve_exactly(
         &self,
         balance: &Balance,
-        border: Option<&Border>,
-        right: &[f64],
+        equations: Equations<'_>,
         x: &mut [f64],
     ) -> Option<()> {
-        let jacobian = self.jacobian.as_ref()?;
-        let factor = self.factor.get_or_init(|| {
-            let own = formed(balance, jacobian);
-            Lu::new(match border {
-                Some(border) => border.around(&own),
-                None => own,
-            })
-        });
-        let negative: Vec<f64> = right.iter().map(|r| -r).collect();
-        exactly_corrected(Some(factor), &negative, x).map(|_| ())
+        if let Some(jacobian) = self.jacobian.take() {
+            let factor = FactoredJacobian::new(balance, jacobian, equations.border);
+            return self
+                .factor
+                .get_or_init(|| factor)
+                .solve(balance, equations, x);
+        }
+        self.factor.get()?.solve(balance, equations, x)
     }
 }
 
@@ -138,7 +141,11 @@ impl NonlinearSystem for KrylovSystem<'_> {
         let right: Vec<f64> = f.iter().map(|f| -f).collect();
         let balance = self.evaluator.balance;
         let kept = &mut *self.preconditioner;
-        let end = kept.solve(balance, linear, None, &right, self.scale, tolerance, dx);
+        let equations = Equations {
+            border: None,
+            right: &right,
+        };
+        let end = kept.solve(balance, linear, equations, (self.scale, tolerance), dx);
         self.krylov_iterations += end.iterations;
         // A direction that is not exact is still useful: the step is judged afterwards.
         dx.iter()
@@ -192,38 +199,35 @@ impl Preconditioner {
         let unknowns = balance.unknowns_per_block() * linear.width();
         Linearised {
             system: linear,
-            jacobian: (unknowns <= MOST_FACTORED_UNKNOWNS).then_some(jacobian),
+            jacobian: RefCell::new((unknowns <= MOST_FACTORED_UNKNOWNS).then_some(jacobian)),
             factor: OnceCell::new(),
         }
     }
 
-    /// Solves J x = `right` to the relative residual `tolerance`, with a border where there is one:
-    /// the last entries of `right` and `x` then belong to it. All solves of one linearisation have the
-    /// same border.
-    #[expect(clippy::too_many_arguments, reason = "one solve, from two systems")]
+    /// Solves equations, whose right side is relative to `scale`, to the relative residual
+    /// `tolerance`. All equations of one linearisation have the same border.
     pub(crate) fn solve(
         &mut self,
         balance: &Balance,
         linear: &Linearised,
-        border: Option<&Border>,
-        right: &[f64],
-        scale: [f64; 2],
-        tolerance: f64,
+        equations: Equations<'_>,
+        (scale, tolerance): ([f64; 2], f64),
         x: &mut [f64],
     ) -> GmresEnd {
-        if self.has_failed && linear.solve_exactly(balance, border, right, x).is_some() {
+        if self.has_failed && linear.solve_exactly(balance, equations, x).is_some() {
             return GmresEnd::SOLVED;
         }
+        let most = match linear.has_factor() {
+            true => ITERATIONS_BESIDE_A_FACTOR,
+            false => MOST_KRYLOV_ITERATIONS,
+        };
         let system = &linear.system;
-        let end = self.solve_by_gmres(balance, system, border, right, scale, tolerance, x);
-        if end.converged || end.iterations < MOST_KRYLOV_ITERATIONS {
+        let end = self.solve_by_gmres(balance, system, equations, (scale, tolerance), most, x);
+        if end.converged || end.iterations < most {
             return end;
         }
         let mut exact = vec![0.0; x.len()];
-        if linear
-            .solve_exactly(balance, border, right, &mut exact)
-            .is_none()
-        {
+        if (linear.solve_exactly(balance, equations, &mut exact)).is_none() {
             return end;
         }
         x.copy_from_slice(&exact);
@@ -231,56 +235,29 @@ impl Preconditioner {
         GmresEnd::solved_after(end.iterations)
     }
 
-    #[expect(clippy::too_many_arguments, reason = "one solve, from two systems")]
     fn solve_by_gmres(
         &mut self,
         balance: &Balance,
         linear: &LinearSystem,
-        border: Option<&Border>,
-        right: &[f64],
-        scale: [f64; 2],
-        tolerance: f64,
+        equations: Equations<'_>,
+        (scale, tolerance): ([f64; 2], f64),
+        most_iterations: usize,
         x: &mut [f64],
     ) -> GmresEnd {
         let n = balance.unknowns_per_block();
-        let width = balance.setting.fourier.width();
-        let unknowns = n * width;
-        // Pairs that take no part always stick: eps x = right.
-        for (i, (x, right)) in x.iter_mut().zip(right).enumerate() {
-            *x = right / balance.eps_at(i);
-        }
+        let unknowns = n * balance.setting.fourier.width();
         let columns = linear.inexact.columns();
-        // The others, a: J_aa x_a = right_a - (I - D) Lambda_as x_s.
-        for &c in &columns {
-            (0..width).for_each(|h| x[h * n + c] = 0.0);
-        }
-        let further =
-            border.map(|border| border.remaining_right_sides(&x[..unknowns], &right[unknowns..]));
+        let unbalanced = |forces: &[f64]| linear.unbalanced_part(&restrict(forces, n, &columns));
+        let rhs = remaining_right_side(balance, &columns, equations, x, unbalanced);
+        let border = equations
+            .border
+            .map(|border| border.restricted(n, &columns));
         if columns.is_empty() {
-            if let (Some(border), Some(further)) = (border, further) {
-                x[unknowns..].copy_from_slice(&border.further_unknowns(&further));
+            if let Some(border) = border {
+                x[unknowns..].copy_from_slice(&border.further_unknowns(&rhs));
             }
             return GmresEnd::SOLVED;
         }
-        let mut rhs = vec![0.0; columns.len() * width];
-        if x[..unknowns].iter().any(|&d| d != 0.0) {
-            let mut forces = vec![0.0; unknowns];
-            balance.apply_stiffness(&x[..unknowns], &mut forces);
-            rhs = linear.unbalanced_part(&restrict(&forces, n, &columns));
-        }
-        for (r, right) in rhs
-            .iter_mut()
-            .zip(restrict(&right[..unknowns], n, &columns))
-        {
-            *r = right - *r;
-        }
-        rhs.extend(further.into_iter().flatten());
-        let restricted = |all: &[Vec<f64>]| all.iter().map(|v| restrict(v, n, &columns)).collect();
-        let border = border.map(|border| Border {
-            columns: restricted(&border.columns),
-            rows: restricted(&border.rows),
-            corner: border.corner.clone(),
-        });
         let (solution, end) = two_level::solve(
             linear,
             self.coarse.as_ref(),
@@ -288,15 +265,12 @@ impl Preconditioner {
             &rhs,
             scale[0] / scale[1],
             tolerance,
-            MOST_KRYLOV_ITERATIONS,
+            most_iterations,
         );
         self.refresh.record(end.iterations);
-        for (h, block) in solution.chunks_exact(columns.len()).take(width).enumerate() {
-            for (&c, &v) in columns.iter().zip(block) {
-                x[h * n + c] = v;
-            }
-        }
-        x[unknowns..].copy_from_slice(&solution[columns.len() * width..]);
+        let (own, further) = solution.split_at(unknowns / n * columns.len());
+        put_back(own, n, &columns, x);
+        x[unknowns..].copy_from_slice(further);
         end
     }
 
@@ -313,13 +287,14 @@ impl Preconditioner {
         if same && !self.refresh.is_due() {
             return;
         }
+        let has_failed = self.has_failed && self.width == linear.width();
         *self = Self {
             inexact: Some(Arc::clone(&linear.inexact)),
             coarse: Coarse::new(linear, highest_excited),
             retention_n_m,
             width: linear.width(),
             refresh: RefreshPolicy::default(),
-            has_failed: false,
+            has_failed,
         };
     }
 }
@@ -342,16 +317,10 @@ fn single_precision_derivatives(
     derivatives
 }
 
-/// Entries of the columns `columns`, block by block.
-fn restrict(v: &[f64], n: usize, columns: &[usize]) -> Vec<f64> {
-    v.chunks_exact(n)
-        .flat_map(|block| columns.iter().map(|&c| block[c]))
-        .collect()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::dlft::border::Border;
     use crate::dlft::jacobians::sample_points_of_waves_too;
 
     /// The factor answers where GMRES is not asked any more, with a border and without one.
@@ -382,7 +351,11 @@ mod tests {
                     let linear = kept.linear_system(balance, jacobian);
                     kept.has_failed = has_failed;
                     let mut x = vec![0.0; right.len()];
-                    let end = kept.solve(balance, &linear, border, &right, scale, 1e-5, &mut x);
+                    let equations = Equations {
+                        border,
+                        right: &right,
+                    };
+                    let end = kept.solve(balance, &linear, equations, (scale, 1e-5), &mut x);
                     assert!(
                         end.converged && (end.iterations == 0) == has_failed,
                         "{what}"

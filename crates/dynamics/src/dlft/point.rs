@@ -13,12 +13,13 @@
 //!   the steps of its mean. `friction_path` and `rounded_path` are ways of several balances.
 //! - `neighbour` is the motion that a frequency starts from, `solution` its result.
 //! - `mean` decides between the two balances, `truncation` finds the change by further harmonics.
+//! - `attempt_record` logs what each attempt took.
 
 use super::balance::{Balance, Setting};
-use super::dense::{MOST_DENSE_UNKNOWNS, exact_newton, powell};
+use super::dense::{exact_newton, powell};
 use super::gross_slip::{GROSS_SLIP, slides_past};
 use super::measure::{load_scale, relative_residual};
-use super::newton_krylov::{KRYLOV_TOLERANCE, KrylovSystem, LOOSE_KRYLOV_TOLERANCE};
+use super::newton_krylov::{KRYLOV_TOLERANCE, KrylovSystem};
 use super::retention::{Holding, Mean};
 use super::{Attempt, SweepProgress};
 use crate::dlft::settings::Solver;
@@ -27,13 +28,14 @@ use dovetail_numerics::nonlinear::{NewtonEnd, NewtonOptions, NewtonStatus, newto
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
-mod friction_path;
+mod attempt_record;
 mod frozen;
 mod mean;
 mod mean_step;
 mod neighbour;
 mod rounded_path;
 mod solution;
+mod steps;
 mod strategy;
 mod truncation;
 
@@ -43,9 +45,10 @@ pub(crate) use truncation::{
     AmplitudeChange, EstimatedMotion, FinerMotion, Judge, MOST_CHECKED_UNKNOWNS,
 };
 
+use attempt_record::AttemptRecord;
 use mean::SettledMean;
 use solution::{MethodStart, keep_better};
-use strategy::{GrowingFriction, Method, Strategy};
+use strategy::{Method, Strategy};
 
 /// No further strategy is tried once a frequency has taken this many times the Newton iterations
 /// allowed to an attempt.
@@ -53,6 +56,10 @@ const MOST_ATTEMPTS: usize = 10;
 /// No further strategy is tried once a frequency has taken this many iterations of GMRES: so poor a
 /// preconditioner comes of an eps far from the stiffness of the pairs.
 const MOST_KRYLOV_ITERATIONS: usize = 40_000;
+
+/// Coefficient of friction above which a motion is looked for by lower ones before it is by rounded
+/// laws.
+const SEIZING_FRICTION: f64 = 10.0;
 
 /// Largest number of unknowns for which Newton's method takes exact corrections.
 pub(crate) const MOST_EXACT_UNKNOWNS: usize = 500;
@@ -111,8 +118,8 @@ impl<'a> FrequencySolver<'a> {
     ) -> Solution {
         let mut strategies = self.strategies();
         strategies.retain(|strategy| {
-            let is_short = matches!(strategy, Strategy::InFrequency(_) | Strategy::InSharpness);
-            strategy.is_direct(self.solver) || is_short
+            let is_short = matches!(strategy, Strategy::InFrequency | Strategy::InSharpness);
+            strategy.is_direct() || is_short
         });
         self.solve_by(&strategies, frequency_hz, Some(neighbour), work)
     }
@@ -145,13 +152,13 @@ impl<'a> FrequencySolver<'a> {
         };
         for &strategy in strategies {
             if best.is_some() && self.budget_exhausted(work)
-                || far.is_some() && !strategy.is_direct(self.solver)
+                || far.is_some() && !strategy.is_direct()
             {
                 break;
             }
             // Whether contacts may be frozen takes no time to see.
             if !matches!(strategy, Strategy::Frozen(_)) {
-                let is_direct = strategy.is_direct(self.solver);
+                let is_direct = strategy.is_direct();
                 if !is_direct && self.excitation_exceeds_contact(frequency_hz) {
                     continue;
                 }
@@ -172,8 +179,10 @@ impl<'a> FrequencySolver<'a> {
                 if best.is_some() && self.budget_exhausted(work) {
                     break;
                 }
-                let Some(mut solved) = self.attempt(strategy, frequency_hz, mean, last, work)
-                else {
+                let record = AttemptRecord::begin(strategy, mean, work);
+                let solved = self.attempt(strategy, frequency_hz, mean, last, work);
+                record.end(self, frequency_hz, solved.as_ref(), work);
+                let Some(mut solved) = solved else {
                     continue;
                 };
                 if solved.is_converged() {
@@ -219,40 +228,18 @@ impl<'a> FrequencySolver<'a> {
         use Strategy::{
             FromNeighbour, FromRest, Frozen, InForce, InFrequency, InFriction, InSharpness,
         };
-        let [from_high, from_low] = [(10.0, 10.0), (0.5, 4.0)]
-            .map(|(from, growth)| InFriction(GrowingFriction { from, growth }));
-        let steps = [InFrequency(2), InFrequency(4), InForce(4), InForce(8)];
-        let small_steps = [InFrequency(8), InFrequency(16), InForce(16), InForce(32)];
-        let directly = |method| [FromNeighbour(method), FromRest(method)];
-        let dogleg = directly(Method::Dogleg);
-        if self.solver == Solver::Powell {
-            return std::iter::once(Frozen(Method::Dogleg))
-                .chain(dogleg)
-                .chain([from_high, from_low])
-                .chain(steps)
-                .chain(small_steps)
-                .collect();
-        }
-        let (first, second) = if self.unknowns() <= MOST_EXACT_UNKNOWNS {
-            (Method::Exact, None)
-        } else {
-            let loose = Method::Krylov(LOOSE_KRYLOV_TOLERANCE);
-            (Method::Krylov(KRYLOV_TOLERANCE), Some(loose))
-        };
-        let is_small = self.unknowns() <= MOST_DENSE_UNKNOWNS;
+        let is_newton = self.solver == Solver::NewtonKrylov;
         let in_gross_slip = slides_past(&self.setting, &self.setting.free_slips_m) > GROSS_SLIP;
-        std::iter::once(Frozen(self.stepping()))
-            .chain(in_gross_slip.then_some(InSharpness))
-            .chain(directly(first))
-            // Costs nothing below that coefficient. Above it pairs that slide seize or lift off, so
-            // that no motion is near the static state.
-            .chain([from_high])
-            .chain(second.into_iter().flat_map(directly))
-            .chain((!in_gross_slip).then_some(InSharpness))
-            .chain([from_low])
-            .chain(steps)
-            .chain(is_small.then_some(dogleg).into_iter().flatten())
-            .chain(small_steps)
+        // Pairs that slide seize or lift off, so that no motion is near the static state.
+        let seizes = self.highest_friction() > SEIZING_FRICTION;
+        let method = self.stepping();
+        std::iter::once(Frozen(method))
+            .chain((is_newton && in_gross_slip).then_some(InSharpness))
+            .chain([FromNeighbour(method), FromRest(method)])
+            .chain(seizes.then_some(InFriction))
+            .chain((is_newton && !in_gross_slip).then_some(InSharpness))
+            .chain((!seizes).then_some(InFriction))
+            .chain([InFrequency, InForce])
             .collect()
     }
 
@@ -303,7 +290,7 @@ impl<'a> FrequencySolver<'a> {
             Strategy::FromRest(method) => {
                 let balance = self.balance(frequency_hz, mean)?;
                 let start = match method {
-                    Method::Krylov(_) => self.excited_start(frequency_hz, mean, method, work)?,
+                    Method::Krylov => self.excited_start(frequency_hz, mean, method, work)?,
                     Method::Exact | Method::Dogleg => self.static_start(),
                 };
                 Some(self.iterate(balance, start, method, self.newton, work))
@@ -312,27 +299,10 @@ impl<'a> FrequencySolver<'a> {
                 let balance = self.balance(frequency_hz, mean)?;
                 self.solve_frozen(frequency_hz, balance, method, last, work)
             }
-            Strategy::InFrequency(steps) => {
-                let last = last?;
-                let from_hz = last.frequency_hz;
-                let at = |fraction: f64| {
-                    self.balance(from_hz + (frequency_hz - from_hz) * fraction, mean)
-                };
-                self.continue_in_steps(resized(&last.u, self.unknowns()), steps, &at, work)
-            }
-            Strategy::InForce(steps) => {
-                let at = |fraction: f64| {
-                    let mut balance = self.balance(frequency_hz, mean)?;
-                    let n = balance.unknowns_per_block();
-                    balance.force[n..].iter_mut().for_each(|f| *f *= fraction);
-                    Some(balance)
-                };
-                self.continue_in_steps(self.static_start(), steps, &at, work)
-            }
-            Strategy::InSharpness => self.follow_rounded_laws(frequency_hz, mean, work),
-            Strategy::InFriction(friction) => {
-                self.grow_friction(friction, frequency_hz, mean, work)
-            }
+            Strategy::InFrequency => self.step_in_frequency(frequency_hz, mean, last?, work),
+            Strategy::InForce => self.step_in_force(frequency_hz, mean, work),
+            Strategy::InSharpness => self.follow_rounded_laws(frequency_hz, mean, last, work),
+            Strategy::InFriction => self.step_in_friction(frequency_hz, mean, work),
         }
     }
 
@@ -377,38 +347,12 @@ impl<'a> FrequencySolver<'a> {
         other
     }
 
-    /// Solves `at(1 / steps), at(2 / steps), ..., at(1)`, each from the one before; `None` where
-    /// one of them fails.
-    fn continue_in_steps(
-        &self,
-        mut u: Vec<f64>,
-        steps: u32,
-        at: &dyn Fn(f64) -> Option<Balance>,
-        work: &mut SolverWork,
-    ) -> Option<Solution> {
-        let method = self.stepping();
-        let mut solved = None;
-        for step in 1..=steps {
-            if self.budget_exhausted(work) {
-                return None;
-            }
-            let balance = at(f64::from(step) / f64::from(steps))?;
-            let step = self.iterate(balance, u, method, self.newton, work);
-            if !step.is_converged() {
-                return None;
-            }
-            u = step.u.clone();
-            solved = Some(step);
-        }
-        solved
-    }
-
     /// Method used for small steps.
     fn stepping(&self) -> Method {
         match self.solver {
             Solver::Powell => Method::Dogleg,
             Solver::NewtonKrylov if self.unknowns() <= MOST_EXACT_UNKNOWNS => Method::Exact,
-            Solver::NewtonKrylov => Method::Krylov(KRYLOV_TOLERANCE),
+            Solver::NewtonKrylov => Method::Krylov,
         }
     }
 
@@ -435,12 +379,12 @@ impl<'a> FrequencySolver<'a> {
         balance.deadline = work.deadline;
         let MethodStart { mut u, known } = start;
         let (end, evaluation) = match method {
-            Method::Krylov(tolerance) => {
+            Method::Krylov => {
                 let walked_off = |u: &[f64]| balance.mean() == Mean::Free && self.walked_off(u);
                 let mut system = KrylovSystem::new(
                     &balance,
                     &mut work.preconditioner,
-                    tolerance,
+                    KRYLOV_TOLERANCE,
                     options.tolerance,
                     &walked_off,
                 );
@@ -490,7 +434,7 @@ impl<'a> FrequencySolver<'a> {
 
     /// Returns `true` if corrections are taken from a factor of the whole Jacobian.
     pub(crate) fn is_exact(&self) -> bool {
-        !matches!(self.stepping(), Method::Krylov(_))
+        !matches!(self.stepping(), Method::Krylov)
     }
 
     /// Number of entries of U.
@@ -517,7 +461,7 @@ mod tests {
     fn a_solution_comes_with_what_the_pairs_do_there_however_it_ended() {
         let mut statuses = vec![];
         for (_, balance, u) in &sample_points() {
-            for method in [Method::Krylov(1e-2), Method::Exact, Method::Dogleg] {
+            for method in [Method::Krylov, Method::Exact, Method::Dogleg] {
                 for max_iterations in [1, 3, 60] {
                     let newton = NewtonOptions::new(1e-9, max_iterations);
                     let setting = balance.setting.clone();

@@ -56,9 +56,9 @@ fn rounded(predicted: [f64; 3], friction: f64, rounding: Rounding) -> Rounded {
     let ratio = size / limit;
     // h / r, and h'.
     let (share, slope) = if ratio > 1.0 {
-        let rest = 1.0 + ratio.powf(-sharpness);
-        let share = rest.powf(-1.0 / sharpness) / ratio;
-        (share, share * ratio.powf(-sharpness) / rest)
+        let part = ratio.powf(-sharpness);
+        let share = (1.0 + part).powf(-1.0 / sharpness) / ratio;
+        (share, share * part / (1.0 + part))
     } else {
         let rest = 1.0 + ratio.powf(sharpness);
         let share = rest.powf(-1.0 / sharpness);

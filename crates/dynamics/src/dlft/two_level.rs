@@ -7,6 +7,7 @@
 
 use faer::Mat;
 
+use super::border::{Border, eliminated};
 use super::coarse::Coarse;
 use super::linear_system::{LinearSystem, widen};
 use dovetail_numerics::dense::NearField;
@@ -19,78 +20,6 @@ struct Preconditioned {
     /// Product J soft.
     soft_image: Mat<f32>,
     local: Mat<f32>,
-}
-
-/// Border of a linear system: further unknowns, such as the parameter of a curve, and as many
-/// further equations.
-pub(crate) struct Border {
-    /// Derivative of the residual with respect to each further unknown.
-    pub columns: Vec<Vec<f64>>,
-    /// Coefficients of the other unknowns in each further equation.
-    pub rows: Vec<Vec<f64>>,
-    /// Coefficients of the further unknowns in each further equation.
-    pub corner: Vec<Vec<f64>>,
-}
-
-impl Border {
-    /// Matrix with its columns and rows around `inner`.
-    pub(crate) fn around(&self, inner: &Mat<f64>) -> Mat<f64> {
-        let (own, further) = (inner.nrows(), self.columns.len());
-        let mut out = Mat::zeros(own + further, own + further);
-        for j in 0..own {
-            let (into, below) = out.col_as_slice_mut(j).split_at_mut(own);
-            into.copy_from_slice(inner.col_as_slice(j));
-            below
-                .iter_mut()
-                .zip(&self.rows)
-                .for_each(|(o, row)| *o = row[j]);
-        }
-        for (j, column) in self.columns.iter().enumerate() {
-            let (into, below) = out.col_as_slice_mut(own + j).split_at_mut(own);
-            into.copy_from_slice(column);
-            below
-                .iter_mut()
-                .zip(&self.corner)
-                .for_each(|(o, corner)| *o = corner[j]);
-        }
-        out
-    }
-
-    /// Solves the further equations for the further unknowns, where the other unknowns are zero.
-    pub(crate) fn further_unknowns(&self, right: &[f64]) -> Vec<f64> {
-        eliminated(self.corner.clone(), right.to_vec())
-    }
-
-    /// Right-hand sides of the further equations that are left beside z for the other unknowns.
-    pub(crate) fn remaining_right_sides(&self, z: &[f64], right: &[f64]) -> Vec<f64> {
-        let equations = right.iter().zip(&self.rows);
-        equations.map(|(right, row)| right - dot(row, z)).collect()
-    }
-}
-
-/// Solves a small system by elimination with row pivots.
-fn eliminated(mut matrix: Vec<Vec<f64>>, mut right: Vec<f64>) -> Vec<f64> {
-    let size = right.len();
-    for step in 0..size {
-        let larger = |a: &usize, b: &usize| {
-            let [a, b] = [a, b].map(|row| matrix[*row][step].abs());
-            a.total_cmp(&b)
-        };
-        let pivot = (step..size).max_by(larger).unwrap_or(step);
-        matrix.swap(step, pivot);
-        right.swap(step, pivot);
-        for row in step + 1..size {
-            let factor = matrix[row][step] / matrix[step][step];
-            let (above, below) = matrix.split_at_mut(row);
-            axpy(-factor, &above[step], &mut below[0]);
-            right[row] -= factor * right[step];
-        }
-    }
-    for row in (0..size).rev() {
-        let known = dot(&matrix[row][row + 1..], &right[row + 1..]);
-        right[row] = (right[row] - known) / matrix[row][row];
-    }
-    right
 }
 
 /// Border with the approximate solutions of its columns.

@@ -13,18 +13,17 @@
 use super::gauge::{BorderRow, Direction};
 use super::over::{SolutionAt, Solvers, Use};
 use crate::dlft::balance::{Balance, Evaluation, Jacobian};
-use crate::dlft::dense::{exactly_corrected, formed};
+use crate::dlft::border::{Border, Equations};
+use crate::dlft::dense::exactly_corrected;
+use crate::dlft::factored::FactoredJacobian;
 use crate::dlft::measure::{load_scale, relative_residual, step_length};
 use crate::dlft::newton_krylov::{KRYLOV_TOLERANCE, Linearised, Preconditioner, krylov_tolerances};
 use crate::dlft::point::{FrequencySolver, Solution, SolverWork};
 use crate::dlft::retention::Mean;
-use crate::dlft::two_level::Border;
-use dovetail_numerics::dense::Lu;
 use dovetail_numerics::nonlinear::{
     Damping, LinearTolerances, NewtonOptions, NonlinearSystem, newton,
 };
 use dovetail_numerics::vector::dot;
-use faer::Mat;
 
 /// Balances over further unknowns, with as many further equations.
 pub(crate) trait BalanceFamily {
@@ -249,9 +248,14 @@ pub(crate) fn direction(
     let mut x = vec![0.0; unknowns + 1];
     let mut is_negative = None;
     if solver.is_exact() {
-        x[unknowns] = 1.0;
-        let factor = Lu::new(border.around(&formed(balance, &jacobian)));
-        factor.solve_column_in_place(&mut x);
+        let mut right = vec![0.0; unknowns + 1];
+        right[unknowns] = 1.0;
+        let factor = FactoredJacobian::new(balance, jacobian, Some(&border));
+        let equations = Equations {
+            border: Some(&border),
+            right: &right,
+        };
+        factor.solve(balance, equations, &mut x)?;
         is_negative = Some(factor.has_negative_determinant());
     } else {
         let linear = work.preconditioner.linear_system(balance, jacobian);
@@ -259,9 +263,12 @@ pub(crate) fn direction(
         let border = scaled_to_forces(border, scale[0]);
         let mut right = vec![0.0; unknowns + 1];
         right[unknowns] = scale[0];
-        let (border, tolerance) = (Some(&border), TANGENT_TOLERANCE);
-        let kept = &mut work.preconditioner;
-        let end = kept.solve(balance, &linear, border, &right, scale, tolerance, &mut x);
+        let equations = Equations {
+            border: Some(&border),
+            right: &right,
+        };
+        let (kept, within) = (&mut work.preconditioner, (scale, TANGENT_TOLERANCE));
+        let end = kept.solve(balance, &linear, equations, within, &mut x);
         work.krylov_iterations += end.iterations;
     }
     let abscissa = x.pop()?;
@@ -288,28 +295,8 @@ pub(crate) fn orientation(
         return None;
     }
     let (jacobian, border) = bordered_jacobian(solvers, at, across)?;
-    Some(has_negative_determinant(balance, &jacobian, &border))
-}
-
-/// Returns `true` if the determinant of the Jacobian with its border is negative. Rows of pairs that
-/// stick are those of eps, a positive diagonal, and are left out.
-fn has_negative_determinant(balance: &Balance, jacobian: &Jacobian, border: &Border) -> bool {
-    let n = balance.unknowns_per_block();
-    let mut moves = vec![false; n / 3];
-    jacobian.active.iter().for_each(|pair| moves[*pair] = true);
-    let whole = formed(balance, jacobian);
-    let moving: Vec<usize> = (0..whole.nrows()).filter(|i| moves[i % n / 3]).collect();
-    let inner = Mat::from_fn(moving.len(), moving.len(), |i, j| {
-        whole[(moving[i], moving[j])]
-    });
-    drop(whole);
-    let of_moving = |all: &Vec<f64>| moving.iter().map(|i| all[*i]).collect();
-    let border = Border {
-        columns: border.columns.iter().map(of_moving).collect(),
-        rows: border.rows.iter().map(of_moving).collect(),
-        corner: border.corner.clone(),
-    };
-    Lu::new(border.around(&inner)).has_negative_determinant()
+    let factor = FactoredJacobian::new(balance, jacobian, Some(&border));
+    Some(factor.has_negative_determinant())
 }
 
 /// Derivatives of the residual, from those of Lambda U - F at constant U, where nothing else depends
@@ -457,7 +444,7 @@ impl<'a, F: BalanceFamily> State<'a, F> {
 /// The system solved with its matrix formed and factored, for few unknowns.
 struct Exact<'a, F> {
     state: State<'a, F>,
-    factor: Option<Lu>,
+    factor: Option<(FactoredJacobian, Border)>,
 }
 
 impl<F: BalanceFamily> NonlinearSystem for Exact<'_, F> {
@@ -472,12 +459,15 @@ impl<F: BalanceFamily> NonlinearSystem for Exact<'_, F> {
     fn linearise(&mut self, x: &[f64]) {
         let linearised = self.state.linearised(x);
         self.factor = linearised.map(|(jacobian, border)| {
-            let matrix = border.around(&formed(&self.state.balance, &jacobian));
-            Lu::new(matrix)
+            let balance = &self.state.balance;
+            let factor = FactoredJacobian::new(balance, jacobian, Some(&border));
+            (factor, border)
         });
     }
     fn correction(&mut self, f: &[f64], _: f64, dx: &mut [f64]) -> Option<f64> {
-        exactly_corrected(self.factor.as_ref(), f, dx)
+        let (factor, border) = self.factor.as_ref()?;
+        let balance = &self.state.balance;
+        exactly_corrected(balance, Some(factor), Some(border), f, dx)
     }
     fn length(&self, dx: &[f64]) -> f64 {
         self.state.length(dx)
@@ -526,7 +516,11 @@ impl<F: BalanceFamily> NonlinearSystem for Krylov<'_, F> {
             .iter_mut()
             .for_each(|right| *right *= scale[0]);
         let kept = &mut *self.preconditioner;
-        let end = kept.solve(balance, linear, Some(border), &right, *scale, tolerance, dx);
+        let equations = Equations {
+            border: Some(border),
+            right: &right,
+        };
+        let end = kept.solve(balance, linear, equations, (*scale, tolerance), dx);
         self.krylov_iterations += end.iterations;
         dx.iter()
             .all(|d| d.is_finite())
@@ -540,39 +534,5 @@ impl<F: BalanceFamily> NonlinearSystem for Krylov<'_, F> {
     }
     fn is_late(&self) -> bool {
         self.state.is_late()
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::dlft::jacobians::sample_points_of_waves_too;
-
-    /// Pairs that stick change nothing, and the opposite direction has the other sign.
-    #[test]
-    fn the_sign_of_the_determinant_follows_from_the_pairs_that_move() {
-        let mut stuck = 0;
-        for (what, balance, u) in &sample_points_of_waves_too() {
-            let jacobian = balance.linearise(&balance.evaluate(u));
-            let n = balance.unknowns_per_block();
-            stuck += n / 3 - jacobian.active.len();
-            let wave = |factor: f64| (0..u.len()).map(|i| (factor * i as f64).cos()).collect();
-            let slope: Vec<f64> = wave(1.3);
-            let signs = [1.0, -1.0].map(|sign: f64| {
-                let row: Vec<f64> = wave(0.7);
-                let border = Border {
-                    columns: vec![jacobian.unbalanced_part(&slope, n)],
-                    rows: vec![row.iter().map(|r| sign * r).collect()],
-                    corner: vec![vec![sign]],
-                };
-                let whole = border.around(&formed(balance, &jacobian));
-                let expected = Lu::new(whole).has_negative_determinant();
-                let found = has_negative_determinant(balance, &jacobian, &border);
-                assert_eq!(found, expected, "{what} {sign}");
-                found
-            });
-            assert_ne!(signs[0], signs[1], "{what}");
-        }
-        assert!(stuck > 0);
     }
 }

@@ -1,9 +1,12 @@
-//! Solution of one frequency from the static state by rounded laws ([`crate::dlft::rounded`]); each
-//! solution is the start of the next sharper one.
+//! Solution of one frequency by rounded laws ([`crate::dlft::rounded`]), from the neighbour or from the
+//! static state; each solution is the start of the next sharper one.
 
-use super::{FrequencySolver, MOST_EXACT_UNKNOWNS, Method, Solution, SolverWork, resized};
+use super::{
+    FrequencySolver, MOST_EXACT_UNKNOWNS, Method, Neighbour, Solution, SolverWork, resized,
+};
 use crate::dlft::dense::MOST_DENSE_UNKNOWNS;
 use crate::dlft::gross_slip::{GROSS_SLIP, free_slips_m, slides_past};
+use crate::dlft::homotopy::Homotopy;
 use crate::dlft::pair_signals::Rounding;
 use crate::dlft::retention::Mean;
 use crate::dlft::settings::Solver;
@@ -12,10 +15,11 @@ use dovetail_numerics::nonlinear::NewtonOptions;
 use dovetail_numerics::spectrum::blocks;
 use std::f64::consts::TAU;
 
-/// Sharpness of the friction cones of the first law.
+/// Sharpness of the friction cones of the first law from the static state, and from a neighbour.
 const BLUNTEST: f64 = 2.0;
-/// Each law is sharper than the one before by this factor, or by its roots, down to the least,
-/// where that is too far.
+const FIRST_BESIDE_A_NEIGHBOUR: f64 = 4.0;
+/// Largest and least factor from the sharpness of a law to that of the next, and from one eps_scale to
+/// the next.
 const MOST_GROWTH: f64 = 2.0;
 const LEAST_GROWTH: f64 = 1.1;
 /// Sharpness from which on the law itself is tried after each solution, and the largest sharpness.
@@ -25,9 +29,10 @@ const SHARPEST: f64 = 1024.0;
 /// that needs more is too far.
 const END_ITERATIONS: usize = 45;
 const STEP_ITERATIONS: usize = 25;
-/// Newton iterations of a whole path. Most paths that lead to a motion take 60 to 180, and those that
-/// do not end only here.
+/// Newton iterations of a whole path from the static state, and from a neighbour. Those that lead to no
+/// motion end only here.
 const MOST_PATH_ITERATIONS: usize = 200;
+const MOST_ITERATIONS_BESIDE_A_NEIGHBOUR: usize = 60;
 /// Tolerances of the balances: below [`SHARP`], from there on, and with the law itself.
 const BLUNT_TOLERANCE: f64 = 1e-2;
 const SHARP_TOLERANCE: f64 = 1e-3;
@@ -58,18 +63,67 @@ struct Path<'a> {
 }
 
 impl FrequencySolver<'_> {
-    /// Motion at the end of the path. `None` where the mean is to be retained and there is nothing to
-    /// retain, or where the budget of the path or of the frequency is used up on the way.
-    ///
-    /// The rounded laws have as many harmonics as exact corrections are cheap for; the law itself
-    /// is then solved with more and more.
+    /// Motion at the end of the path from the neighbour, or of that from the static state. `None` where
+    /// the mean is to be retained and there is nothing to retain, or where the budget of the path or of
+    /// the frequency is used up on the way.
     pub(super) fn follow_rounded_laws(
         &self,
         frequency_hz: f64,
         mean: Mean,
+        last: Option<&Neighbour>,
         work: &mut SolverWork,
     ) -> Option<Solution> {
-        let balance = self.balance(frequency_hz, mean)?;
+        let law = |path: Path<'_>, work: &mut SolverWork| {
+            let balance = self.balance(frequency_hz, mean)?;
+            let is_over = path.is_over(work);
+            (!is_over).then(|| self.iterate(balance, path.u, self.stepping(), self.newton, work))
+        };
+        if let Some(last) = last {
+            let near = self.path_from_neighbour(frequency_hz, mean, last, work);
+            let solved = near.and_then(|path| law(path, work));
+            if let Some(solved) = solved.filter(Solution::is_converged) {
+                return Some(solved);
+            }
+        }
+        let path = self.path_from_static_state(frequency_hz, mean, work);
+        law(path, work)
+    }
+
+    /// Path with all harmonics from the neighbour to the law itself; `None` where the first law is not
+    /// found.
+    fn path_from_neighbour(
+        &self,
+        frequency_hz: f64,
+        mean: Mean,
+        last: &Neighbour,
+        work: &mut SolverWork,
+    ) -> Option<Path<'_>> {
+        let mut path = Path {
+            solver: self,
+            frequency_hz,
+            mean,
+            harmonics: self.setting.fourier.harmonics(),
+            sharpness: Some(FIRST_BESIDE_A_NEIGHBOUR),
+            eps_scale: 1.0,
+            softest: 1.0,
+            method: self.stepping(),
+            u: last.starts(frequency_hz, self.unknowns()).pop()?,
+            last_iteration: work.newton_iterations + MOST_ITERATIONS_BESIDE_A_NEIGHBOUR,
+        };
+        path.solve(work).then(|| {
+            path.sharpen(FIRST_BESIDE_A_NEIGHBOUR, work);
+            path
+        })
+    }
+
+    /// Path from the static state. The rounded laws have as many harmonics as exact corrections are
+    /// cheap for; the law itself is then solved with more and more.
+    fn path_from_static_state(
+        &self,
+        frequency_hz: f64,
+        mean: Mean,
+        work: &mut SolverWork,
+    ) -> Path<'_> {
         let n = self.setting.system.unknowns();
         let cheap = (MOST_EXACT_UNKNOWNS / n).saturating_sub(1) / 2;
         let harmonics = cheap.max(1).min(self.setting.fourier.harmonics());
@@ -93,36 +147,30 @@ impl FrequencySolver<'_> {
             u: self.static_start(),
             last_iteration: work.newton_iterations + MOST_PATH_ITERATIONS,
         };
-        path.sharpen(work);
+        if !path.solve(work) && path.softest < path.eps_scale {
+            path.eps_scale = path.softest;
+            path.solve(work);
+        }
+        path.sharpen(BLUNTEST, work);
         path.stiffen(work);
         path.refine(work);
-        let is_over = path.is_over(work);
-        let u = path.u;
-        (!is_over).then(|| self.iterate(balance, u, self.stepping(), self.newton, work))
+        path
     }
 }
 
 impl Path<'_> {
-    /// Solves rounded laws, sharper and sharper, and the law itself.
-    fn sharpen(&mut self, work: &mut SolverWork) {
-        if !self.solve(work) && self.softest < self.eps_scale {
-            self.eps_scale = self.softest;
-            self.solve(work);
-        }
-        let (mut reached, mut growth) = (BLUNTEST, MOST_GROWTH);
-        while growth >= LEAST_GROWTH {
-            self.sharpness = Some(reached * growth);
-            if !self.solve(work) {
-                growth = growth.sqrt();
-                continue;
-            }
-            reached *= growth;
-            growth = (growth * growth).min(MOST_GROWTH);
-            if reached >= SHARP {
-                self.sharpness = None;
-                if self.solve(work) || reached >= SHARPEST {
-                    break;
-                }
+    /// Solves laws sharper and sharper than the first, and the law itself.
+    fn sharpen(&mut self, first: f64, work: &mut SolverWork) {
+        let [from, to, largest, least] = [first, SHARPEST, MOST_GROWTH, LEAST_GROWTH].map(f64::ln);
+        let mut steps = Homotopy::new(from, to, largest, least);
+        while let Some(next) = steps.next() {
+            let sharpness = next.exp();
+            self.sharpness = Some(sharpness);
+            let is_solved = self.solve(work);
+            steps.record(is_solved);
+            self.sharpness = None;
+            if is_solved && sharpness >= SHARP && self.solve(work) {
+                break;
             }
         }
         self.sharpness = None;
@@ -131,16 +179,11 @@ impl Path<'_> {
     /// Solves the law with eps raised to its full value, at once or in steps.
     fn stiffen(&mut self, work: &mut SolverWork) {
         self.method = self.solver.stepping();
-        let mut reached = self.eps_scale;
-        let mut growth = 1.0 / reached;
-        while reached < 1.0 && growth >= LEAST_GROWTH {
-            self.eps_scale = (reached * growth).min(1.0);
-            if self.solve(work) {
-                reached = self.eps_scale;
-                growth = 1.0 / reached;
-            } else {
-                growth = growth.sqrt();
-            }
+        let from = self.eps_scale.ln();
+        let mut steps = Homotopy::new(from, 0.0, -from, LEAST_GROWTH.ln());
+        while let Some(next) = steps.next() {
+            self.eps_scale = next.exp();
+            steps.record(self.solve(work));
         }
         self.eps_scale = 1.0;
     }

@@ -1,8 +1,5 @@
 //! Ways to approach the balance of a frequency, and the methods that solve it.
 
-use crate::dlft::newton_krylov::LOOSE_KRYLOV_TOLERANCE;
-use crate::dlft::settings::Solver;
-
 /// Way to approach a balance.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Strategy {
@@ -14,41 +11,28 @@ pub(super) enum Strategy {
     /// Start from the static state without vibration.
     FromRest(Method),
     /// Steps in frequency from the neighbour.
-    InFrequency(u32),
+    InFrequency,
     /// Steps of the vibrating part of the load from the static state.
-    InForce(u32),
-    /// Start from the static state with rounded laws ([`crate::dlft::rounded`]); each solution is the
-    /// start of the next sharper one.
+    InForce,
+    /// Rounded laws ([`crate::dlft::rounded`]), sharper and sharper, from the neighbour or from the
+    /// static state.
     InSharpness,
     /// Start from the static state with coefficients of friction that grow. Each start lies on the
     /// straight line in 1 / mu through the last two solutions.
-    InFriction(GrowingFriction),
-}
-
-/// Coefficients of friction that are at most `from` first, then `growth` times that, or less, and
-/// so on.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct GrowingFriction {
-    pub(super) from: f64,
-    pub(super) growth: f64,
+    InFriction,
 }
 
 impl Strategy {
-    /// Returns `true` if no balances are solved on the way, by the methods that `solver` begins with.
-    pub(super) fn is_direct(self, solver: Solver) -> bool {
-        match self {
-            Self::FromNeighbour(method) | Self::FromRest(method) => {
-                solver == Solver::Powell || !matches!(method, Method::Dogleg)
-            }
-            _ => false,
-        }
+    /// Returns `true` if no balances are solved on the way.
+    pub(super) fn is_direct(self) -> bool {
+        matches!(self, Self::FromNeighbour(_) | Self::FromRest(_))
     }
 }
 
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Method {
-    /// Newton-GMRES with this relative residual of the linear solves.
-    Krylov(f64),
+    /// Newton-GMRES.
+    Krylov,
     /// Newton's method with the Jacobian factored.
     Exact,
     /// Powell's hybrid method.
@@ -61,14 +45,10 @@ impl std::fmt::Display for Strategy {
             Self::FromNeighbour(method) => write!(f, "from the neighbour{method}"),
             Self::Frozen(method) => write!(f, "with frozen contacts{method}"),
             Self::FromRest(method) => write!(f, "from the static state{method}"),
-            Self::InFrequency(steps) => {
-                write!(f, "from the neighbour in {steps} steps of frequency")
-            }
-            Self::InForce(steps) => write!(f, "from the static state in {steps} steps of force"),
+            Self::InFrequency => f.write_str("from the neighbour in steps of frequency"),
+            Self::InForce => f.write_str("from the static state in steps of force"),
             Self::InSharpness => f.write_str("with rounded contact laws"),
-            Self::InFriction(GrowingFriction { from, .. }) => {
-                write!(f, "along friction that grows from a coefficient of {from}")
-            }
+            Self::InFriction => f.write_str("with growing coefficients of friction"),
         }
     }
 }
@@ -76,9 +56,7 @@ impl std::fmt::Display for Strategy {
 impl std::fmt::Display for Method {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str(match self {
-            Self::Krylov(tolerance) if *tolerance < LOOSE_KRYLOV_TOLERANCE => "",
-            Self::Krylov(_) => " with loose linear solves",
-            Self::Exact => "",
+            Self::Krylov | Self::Exact => "",
             Self::Dogleg => " by the dogleg",
         })
     }

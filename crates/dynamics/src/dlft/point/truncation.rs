@@ -3,6 +3,7 @@
 
 use super::{FrequencySolver, Method, Neighbour, Solution, SolverWork, Strategy, resized};
 use crate::dlft::balance::{Balance, Evaluation, Jacobian};
+use crate::dlft::border::Equations;
 use crate::dlft::dense::exact_correction;
 use crate::dlft::measure::{load_scale, relative_residual, step_length};
 use crate::dlft::orbit::{observation_scales, observed_amplitudes_m, orbit, pair_cycles};
@@ -262,7 +263,11 @@ impl FrequencySolver<'_> {
         let linear = kept.linear_system(balance, jacobian);
         let right: Vec<f64> = f.iter().map(|f| -f).collect();
         let within = ESTIMATE_TOLERANCE;
-        let end = kept.solve(balance, &linear, None, &right, scale, within, &mut dx);
+        let equations = Equations {
+            border: None,
+            right: &right,
+        };
+        let end = kept.solve(balance, &linear, equations, (scale, within), &mut dx);
         work.krylov_iterations += end.iterations;
         dx.iter().all(|d| d.is_finite()).then_some(dx)
     }

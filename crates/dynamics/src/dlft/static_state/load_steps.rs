@@ -4,6 +4,7 @@ use super::PairsAtRest;
 use super::load_path::LoadPath;
 use super::system::StaticSystem;
 use crate::contact::coulomb::Contact;
+use crate::dlft::homotopy::{FIRST_FRICTION, friction_steps};
 use crate::dlft::retention::Holding;
 use crate::dlft::{Outcome, StaticState};
 use crate::problem::{Problem, tangential};
@@ -13,11 +14,6 @@ use dovetail_numerics::nonlinear::{
 };
 use dovetail_numerics::vector::norm;
 use faer::Mat;
-
-/// A load step that fails is tried with coefficients of friction that grow from this ...
-const FIRST_FRICTION: f64 = 0.5;
-/// ... by the first of these factors; where that fails, by the next.
-const FRICTION_GROWTHS: [f64; 3] = [4.0, 10.0, 2.0];
 
 /// State from which the load is applied.
 #[derive(Debug, Clone, Copy)]
@@ -179,22 +175,12 @@ fn load_step(
         Some(end) if end.status == NewtonStatus::Converged => end,
         _ => solved_from(&start, x),
     };
-    let full = system.friction();
-    if full.iter().all(|f| *f <= FIRST_FRICTION) {
-        return end;
-    }
-    for growth in FRICTION_GROWTHS {
-        if end.status == NewtonStatus::Converged {
-            break;
-        }
-        let mut y = start.clone();
-        let last = grow_friction(system, &mut y, &full, growth, options);
-        system.most_friction = f64::INFINITY;
-        end.iterations += last.iterations;
-        if last.status == NewtonStatus::Converged {
+    if end.status != NewtonStatus::Converged {
+        let mut y = start;
+        if let Some(last) = grow_friction(system, &mut y, options) {
             x.copy_from_slice(&y);
             end = NewtonEnd {
-                iterations: end.iterations,
+                iterations: end.iterations + last.iterations,
                 ..last
             };
         }
@@ -202,27 +188,44 @@ fn load_step(
     end
 }
 
-/// Solves with the coefficients at most `FIRST_FRICTION`, then `growth` times that, and so on up to
-/// `full`. Ends at the first that does not converge.
+/// Solves with coefficients of friction that grow up to the full ones; `None` where these are not
+/// reached.
 fn grow_friction(
     system: &mut StaticSystem,
-    x: &mut [f64],
-    full: &[f64],
-    growth: f64,
+    x: &mut Vec<f64>,
     options: NewtonOptions,
-) -> NewtonEnd {
-    let mut most = FIRST_FRICTION;
-    let mut iterations = 0;
-    system.most_friction = most;
-    loop {
-        let end = newton(system, x, options);
-        iterations += end.iterations;
-        if end.status != NewtonStatus::Converged || full.iter().all(|f| *f <= most) {
-            return NewtonEnd { iterations, ..end };
-        }
-        most *= growth;
-        let next: Vec<f64> = full.iter().map(|f| f.min(most)).collect();
-        system.predict(x, &next);
-        system.most_friction = most;
+) -> Option<NewtonEnd> {
+    let full = system.friction();
+    let highest = full.iter().copied().fold(0.0, f64::max);
+    if highest <= FIRST_FRICTION {
+        return None;
     }
+    let mut steps = friction_steps(highest);
+    let (mut iterations, mut solved_most) = (0, None);
+    while let Some(next) = steps.next() {
+        let most = if next < highest.ln() {
+            next.exp()
+        } else {
+            f64::INFINITY
+        };
+        let mut y = x.clone();
+        if let Some(solved) = solved_most {
+            system.most_friction = solved;
+            let coefficients: Vec<f64> = full.iter().map(|f| f.min(most)).collect();
+            system.predict(&mut y, &coefficients);
+        }
+        system.most_friction = most;
+        let end = newton(system, &mut y, options);
+        iterations += end.iterations;
+        let is_solved = end.status == NewtonStatus::Converged;
+        steps.record(is_solved);
+        if is_solved {
+            (*x, solved_most) = (y, Some(most));
+        }
+        if steps.has_arrived() {
+            return Some(NewtonEnd { iterations, ..end });
+        }
+    }
+    system.most_friction = f64::INFINITY;
+    None
 }
