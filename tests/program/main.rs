@@ -24,6 +24,7 @@ mod body_meshes;
 mod cache;
 mod closed_forms;
 mod command_line;
+mod constants;
 mod curve;
 mod dashpots;
 mod dovetail_script;

@@ -56,8 +56,10 @@ const CHEAP_CHECK_UNKNOWNS: usize = 400;
 /// solution, which would hardly ever show less, and takes the longest where it is not found.
 const FAR_OFF: f64 = 10.0;
 
-/// Number of levels above the first that are tried where no solution is found on it.
+/// Number of levels above the first that are tried where no solution is found on it, and most unknowns of
+/// those that are tried beyond them.
 const MOST_LEVELS_UP: usize = 3;
+const MOST_SMALL_UNKNOWNS: usize = 1000;
 
 /// An estimate below this fraction of the accuracy lets the next frequency start with fewer
 /// harmonics.
@@ -314,15 +316,28 @@ impl<'a> Refinement<'a> {
         work: &mut SolverWork,
         solve: impl Fn(&FrequencySolver<'_>, &mut SolverWork) -> Solution,
     ) -> (usize, Solution) {
-        let highest = self.highest();
-        let mut level = from.min(highest);
+        let mut level = from.min(self.highest());
         let mut solved = solve(self.level(level), work);
-        let last = highest.min(level + MOST_LEVELS_UP);
-        while !solved.is_converged() && level < last {
-            level += 1;
+        let first = level;
+        while !solved.is_converged() {
+            let Some(above) = self.level_above(level, first) else {
+                break;
+            };
+            level = above;
+            work.begin_anew();
             solved = solve(self.level(level), work);
         }
         (level, solved)
+    }
+
+    /// Level with about twice the harmonics, for a motion that is not found from level `first` on. Above
+    /// some levels there is none where the unknowns are many.
+    fn level_above(&self, level: usize, first: usize) -> Option<usize> {
+        let highest = self.highest();
+        let doubled = self.level_of(doubled(self.harmonics(level)));
+        let above = doubled.clamp(level + 1, highest.max(level + 1));
+        let is_small = self.level(above.min(highest)).unknowns() <= MOST_SMALL_UNKNOWNS;
+        (above <= highest && (is_small || above <= first + MOST_LEVELS_UP)).then_some(above)
     }
 
     /// Highest level that a frequency may be solved on.
@@ -373,6 +388,9 @@ impl<'a> Refinement<'a> {
                 // A level may have no solution that is found, and one of the next above it may.
                 let mut next = (level + 1..=highest).take(MOST_LEVELS_UP);
                 let refined = next.find_map(|above| {
+                    if self.level(above).budget_exhausted(work) {
+                        return None;
+                    }
                     let finer = self.level(above).solve_from(frequency_hz, &start, work);
                     finer.is_converged().then_some((above, finer))
                 });

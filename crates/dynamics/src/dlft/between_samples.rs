@@ -458,7 +458,7 @@ impl<D: Real> Path<D> {
 
 /// Number of entries of a window and of a state.
 const INPUTS: usize = 14;
-/// Number of derivatives of a number: those by all inputs, and as many more as fill the vectors of a
+/// Number of derivatives of a number: those by all inputs, and further ones that fill the vectors of a
 /// processor.
 const LANES: usize = INPUTS.next_multiple_of(8);
 

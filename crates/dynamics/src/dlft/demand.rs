@@ -9,6 +9,7 @@ use crate::problem::inexact::{ALL_FROM, motions};
 use dovetail_numerics::eigen::factor_order;
 use dovetail_numerics::spectrum::blocks;
 
+/// Bytes of a number in double and in single precision.
 const F64: u64 = 8;
 const F32: u64 = 4;
 /// Vectors of a balance: the load, the point, its forces and residual, those before, and the work

@@ -6,6 +6,10 @@ use dovetail_numerics::dense::{Lu, product};
 use dovetail_numerics::spectrum::{cosine, sine};
 use faer::Mat;
 
+/// Fraction of eps that is added to a Jacobian which is exactly singular: at a frequency at which nothing
+/// opposes a motion that nothing excites.
+const SHIFT: f64 = 1e-9;
+
 /// Factor of the Jacobian on the pairs that move. In the rows of the others it is eps.
 pub(crate) struct FactoredJacobian {
     jacobian: Jacobian,
@@ -22,12 +26,21 @@ impl FactoredJacobian {
             .iter()
             .flat_map(|p| 3 * p..3 * p + 3)
             .collect();
-        let inner = formed(balance, &jacobian, &jacobian.active);
+        let mut inner = formed(balance, &jacobian, &jacobian.active);
         let n = balance.unknowns_per_block();
-        let lu = Lu::new(match border {
-            Some(border) => border.restricted(n, &columns).around(&inner),
-            None => inner,
-        });
+        let factor = |inner: &Mat<f64>| {
+            Lu::new(match border {
+                Some(border) => border.restricted(n, &columns).around(inner),
+                None => inner.clone(),
+            })
+        };
+        let mut lu = factor(&inner);
+        if lu.is_singular() {
+            for (i, column) in columns.iter().cycle().take(inner.nrows()).enumerate() {
+                inner[(i, i)] += SHIFT * balance.eps_at(*column);
+            }
+            lu = factor(&inner);
+        }
         Self {
             jacobian,
             columns,

@@ -1,6 +1,9 @@
 //! Steps of a parameter, from a problem whose solution is known to the one that is asked for. Each
 //! solution is the start of the next.
 
+/// Newton iterations of all steps of a way. Those that lead to no motion end only here.
+pub(crate) const MOST_WAY_ITERATIONS: usize = 200;
+
 /// First coefficient of friction of a way to a higher one, and the largest and the least factor from one
 /// to the next. Where shear carries much of the load, pairs open at once under the full coefficient.
 pub(crate) const FIRST_FRICTION: f64 = 0.5;
@@ -79,11 +82,8 @@ mod tests {
         let (values, steps) = tried(2.0, 0.0);
         assert_eq!((values, steps.has_arrived()), (vec![0.5, 1.0], true));
         let (values, steps) = tried(0.6, 0.25);
-        let expected = vec![0.5, 1.0, 0.75, 1.0, 1.0];
-        assert_eq!(
-            (values, steps.has_arrived()),
-            (expected[..4].to_vec(), true)
-        );
+        assert_eq!(values, [0.5, 1.0, 0.75, 1.0]);
+        assert!(steps.has_arrived());
         let (values, steps) = tried(0.6, 0.0);
         assert_eq!(values, [0.5, 1.0, 0.75, 0.625]);
         assert_eq!((steps.reached, steps.has_arrived()), (0.5, false));

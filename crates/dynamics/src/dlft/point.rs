@@ -50,8 +50,8 @@ use mean::SettledMean;
 use solution::{MethodStart, keep_better};
 use strategy::{Method, Strategy};
 
-/// No further strategy is tried once a frequency has taken this many times the Newton iterations
-/// allowed to an attempt.
+/// No further strategy is tried once a motion, or the estimates of a frequency, have taken this many times
+/// the Newton iterations allowed to an attempt.
 const MOST_ATTEMPTS: usize = 10;
 /// No further strategy is tried once a frequency has taken this many iterations of GMRES: so poor a
 /// preconditioner comes of an eps far from the stiffness of the pairs.
@@ -218,8 +218,9 @@ impl<'a> FrequencySolver<'a> {
         }));
     }
 
-    fn budget_exhausted(&self, work: &SolverWork) -> bool {
-        work.newton_iterations >= MOST_ATTEMPTS * self.newton.max_iterations
+    /// Returns `true` if the frequency has taken all the work that it may, or its time is over.
+    pub(crate) fn budget_exhausted(&self, work: &SolverWork) -> bool {
+        work.effort() >= MOST_ATTEMPTS * self.newton.max_iterations
             || work.krylov_iterations >= MOST_KRYLOV_ITERATIONS
             || work.deadline.is_over()
     }
@@ -396,7 +397,7 @@ impl<'a> FrequencySolver<'a> {
             Method::Exact => exact_newton(&balance, &mut u, known, options),
             Method::Dogleg => powell(&balance, &mut u, known, options),
         };
-        work.newton_iterations += end.iterations;
+        work.count_iterations(end.iterations);
         work.residuals.push(end.residuals.clone());
         Solution {
             balance,

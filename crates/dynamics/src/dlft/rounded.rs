@@ -13,8 +13,8 @@ use crate::contact::coulomb::length;
 use dovetail_numerics::fourier::Fourier;
 
 /// Most periods evaluated; each but the first begins where Newton's method expects the periodic
-/// state.
-const MOST_PERIODS: usize = 40;
+/// state. Where so many do not suffice, more hardly ever do.
+const MOST_PERIODS: usize = 12;
 
 /// Rounded law at one instant.
 struct Rounded {

@@ -438,9 +438,9 @@ impl<'a> SweepSolvers<'a> {
         }
     }
 
-    /// Solves a frequency that did not converge once more, from a neighbour that has a motion, with
-    /// at least as many harmonics as that one. Returns the better of both motions; `None` if it was
-    /// not tried.
+    /// Solves a frequency that did not converge once more, from a neighbour that has a motion, or an
+    /// accurate one where only the accuracy is missing, with at least as many harmonics as that one.
+    /// Returns the better of both motions; `None` if it was not tried.
     fn solve_again(
         &self,
         failed: &SolvedFrequency,
@@ -457,10 +457,10 @@ impl<'a> SweepSolvers<'a> {
             | Outcome::IterationLimit
             | Outcome::NotPeriodic
             | Outcome::NotFinite
-            | Outcome::TimeLimit
-            | Outcome::AccuracyNotReached => true,
+            | Outcome::TimeLimit => neighbour.outcome.is_balanced(),
+            Outcome::AccuracyNotReached => neighbour.outcome.is_converged(),
         };
-        if !may_converge || !neighbour.outcome.is_balanced() {
+        if !may_converge {
             return None;
         }
         let frequency_hz = orbit.frequency_hz;

@@ -46,6 +46,12 @@ impl Lu {
         let negative = diagonal.filter(|pivot| *pivot < 0.0).count();
         (negative + self.exchanges) % 2 == 1
     }
+
+    /// Returns `true` if a pivot is exactly zero or not a number, and solutions are therefore not finite.
+    pub fn is_singular(&self) -> bool {
+        let mut pivots = (0..self.factors.nrows()).map(|i| self.factors[(i, i)]);
+        pivots.any(|pivot| pivot == 0.0 || !pivot.is_finite())
+    }
 }
 
 impl<T: ComplexField> Lu<T> {

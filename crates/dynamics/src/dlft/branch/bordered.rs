@@ -198,10 +198,10 @@ pub(crate) fn corrected(
         work.krylov_iterations += system.krylov_iterations;
         (end, system.state)
     };
-    work.newton_iterations += end.iterations;
-    work.residuals.push(end.residuals.clone());
     let further = x.split_off(unknowns);
     let (balance, evaluation) = state.take_evaluation(&x, &further);
+    work.count_iterations(end.iterations);
+    work.residuals.push(end.residuals.clone());
     let solution = Solution {
         balance,
         u: x,

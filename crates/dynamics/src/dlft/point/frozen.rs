@@ -56,7 +56,7 @@ impl FrequencySolver<'_> {
         };
         let solved = self.iterate_from(balance, start, method, options, work);
         residuals.pop();
-        work.newton_iterations += residuals.len();
+        work.count_iterations(residuals.len());
         if let Some(last) = work.residuals.last_mut() {
             residuals.append(last);
             *last = residuals;

@@ -6,7 +6,7 @@ use super::{
 };
 use crate::dlft::dense::MOST_DENSE_UNKNOWNS;
 use crate::dlft::gross_slip::{GROSS_SLIP, free_slips_m, slides_past};
-use crate::dlft::homotopy::Homotopy;
+use crate::dlft::homotopy::{Homotopy, MOST_WAY_ITERATIONS};
 use crate::dlft::pair_signals::Rounding;
 use crate::dlft::retention::Mean;
 use crate::dlft::settings::Solver;
@@ -29,15 +29,13 @@ const SHARPEST: f64 = 1024.0;
 /// that needs more is too far.
 const END_ITERATIONS: usize = 45;
 const STEP_ITERATIONS: usize = 25;
-/// Newton iterations of a whole path from the static state, and from a neighbour. Those that lead to no
-/// motion end only here.
-const MOST_PATH_ITERATIONS: usize = 200;
+/// Newton iterations of a whole path from a neighbour: one that needs more begins too far away.
 const MOST_ITERATIONS_BESIDE_A_NEIGHBOUR: usize = 60;
 /// Tolerances of the balances: below [`SHARP`], from there on, and with the law itself.
 const BLUNT_TOLERANCE: f64 = 1e-2;
 const SHARP_TOLERANCE: f64 = 1e-3;
 const LAW_TOLERANCE: f64 = 1e-4;
-/// Least eps_scale. eps is lowered on the way until bodies no longer slide as a whole
+/// Least eps_scale. eps is lowered on the way as long as bodies slide as a whole
 /// ([`crate::dlft::gross_slip`]), but to no less than this fraction. It is lowered to this at once
 /// where the first law is not found and pairs slide more than `SLIP` times as far as friction
 /// deforms them.
@@ -145,7 +143,7 @@ impl FrequencySolver<'_> {
             softest: if slides_past > SLIP { SOFTEST } else { 1.0 },
             method,
             u: self.static_start(),
-            last_iteration: work.newton_iterations + MOST_PATH_ITERATIONS,
+            last_iteration: work.newton_iterations + MOST_WAY_ITERATIONS,
         };
         if !path.solve(work) && path.softest < path.eps_scale {
             path.eps_scale = path.softest;

@@ -17,6 +17,8 @@ pub(crate) struct SolverWork {
     pub(super) violating_pair: Option<usize>,
     /// Time at which the frequency is given up.
     pub deadline: Deadline,
+    /// Newton iterations on the way to a motion, and to those that it is estimated with.
+    effort: usize,
     /// Work on the finer balance that errors are estimated with, and on the one that judges it; each
     /// keeps its preconditioner.
     estimates: [Option<Box<SolverWork>>; 2],
@@ -25,17 +27,40 @@ pub(crate) struct SolverWork {
 impl SolverWork {
     /// Resets the counts, for a frequency that is given up after `most_seconds`.
     pub(crate) fn start_counting(&mut self, most_seconds: Option<f64>) {
+        self.start_part(Deadline::new(most_seconds));
+        self.begin_anew();
+        for work in self.estimates.iter_mut().flatten() {
+            work.begin_anew();
+        }
+    }
+
+    fn start_part(&mut self, deadline: Deadline) {
         (self.newton_iterations, self.krylov_iterations) = (0, 0);
         self.residuals.clear();
-        self.deadline = Deadline::new(most_seconds);
+        self.deadline = deadline;
+    }
+
+    /// Counts Newton iterations.
+    pub(crate) fn count_iterations(&mut self, iterations: usize) {
+        self.newton_iterations += iterations;
+        self.effort += iterations;
+    }
+
+    /// Newton iterations on the way to a motion.
+    pub(super) fn effort(&self) -> usize {
+        self.effort
+    }
+
+    /// Begins another way to a motion.
+    pub(crate) fn begin_anew(&mut self) {
+        self.effort = 0;
     }
 
     /// Work of the next estimate by the first or the second finer balance (0 or 1), which the counts of
-    /// a frequency leave out.
+    /// a frequency leave out. All estimates of a frequency share its effort.
     pub(crate) fn estimate_work(&mut self, finer: usize) -> &mut SolverWork {
         let work = self.estimates[finer].get_or_insert_default();
-        work.start_counting(None);
-        work.deadline = self.deadline;
+        work.start_part(self.deadline);
         work
     }
 }

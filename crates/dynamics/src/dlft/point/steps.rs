@@ -3,14 +3,12 @@
 
 use super::{FrequencySolver, Neighbour, Solution, SolverWork, resized};
 use crate::dlft::balance::Balance;
-use crate::dlft::homotopy::{FIRST_FRICTION, Homotopy, friction_steps};
+use crate::dlft::homotopy::{FIRST_FRICTION, Homotopy, MOST_WAY_ITERATIONS, friction_steps};
 use crate::dlft::retention::Mean;
 use dovetail_numerics::nonlinear::NewtonOptions;
 
 /// Newton iterations allowed at each step. Where they are not enough, the step is halved.
 const STEP_ITERATIONS: usize = 30;
-/// Newton iterations of all steps of a way.
-const MOST_WAY_ITERATIONS: usize = 200;
 /// Largest and least step in frequency, as a part of the distance to the neighbour. The whole is tried
 /// before.
 const FREQUENCY_STEPS: [f64; 2] = [1.0 / 2.0, 1.0 / 16.0];

@@ -189,7 +189,7 @@ impl Judge<'_> {
         let [Some(balance), Some(twice)] = balances else {
             return motion.unknown(u);
         };
-        work.newton_iterations += 1;
+        work.count_iterations(1);
         let corrected =
             |dx: Vec<f64>| -> Vec<f64> { u.iter().zip(&dx).map(|(u, d)| u + d).collect() };
         if self.solver.unknowns() <= MOST_CHECKED_UNKNOWNS {

@@ -41,8 +41,8 @@ impl From<usize> for LoadPath {
     }
 }
 
-/// Share of the load before it that is left at a point without load. Where nothing presses the pairs
-/// any more, all of them are about to open, and bodies that only they hold have no state of their
+/// Share of the load before it that is left at a point without load. Where nothing presses the pairs,
+/// all of them are about to open, and bodies that only they hold have no state of their
 /// own; with so little left the state is that which the falling load leads to.
 const LEFT: f64 = 1e-6;
 

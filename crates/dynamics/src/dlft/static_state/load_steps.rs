@@ -122,6 +122,7 @@ fn force_scale_n(problem: &Problem, eps: &[f64], stations: &[Vec<f64>]) -> f64 {
 /// State with all clearances closed without any load along the flanks: X_T = -(K_TT + a little
 /// eps_T)^-1 K_TN X_N.
 fn close_clearances(problem: &Problem, eps: &[f64]) -> Vec<f64> {
+    /// Part of eps that holds the flanks along the contact, which nothing else may do.
     const GROUND: f64 = 1e-3;
     let k = &problem.reduced.stiffness;
     let n = k.nrows();
