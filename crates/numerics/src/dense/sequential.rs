@@ -3,7 +3,9 @@
 use faer::diag::Diag;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::llt;
-use faer::linalg::evd::{ComputeEigenvectors, self_adjoint_evd, self_adjoint_evd_scratch};
+use faer::linalg::evd::{
+    ComputeEigenvectors, evd_real, evd_scratch, self_adjoint_evd, self_adjoint_evd_scratch,
+};
 use faer::linalg::lu::partial_pivoting::{factor, solve};
 use faer::linalg::matmul::matmul;
 use faer::linalg::triangular_solve::{
@@ -12,7 +14,7 @@ use faer::linalg::triangular_solve::{
 use faer::perm::PermRef;
 use faer::prelude::ReborrowMut;
 use faer::traits::{ComplexField, math_utils::one};
-use faer::{Accum, Mat, MatMut, MatRef, Par, Spec};
+use faer::{Accum, Mat, MatMut, MatRef, Par, Spec, c64};
 
 /// Product a b.
 pub fn product<T: ComplexField>(a: MatRef<'_, T>, b: MatRef<'_, T>) -> Mat<T> {
@@ -160,6 +162,36 @@ fn decomposed(a: MatRef<'_, f64>, vectors: Option<MatMut<'_, f64>>) -> Option<Ve
     Some(values.column_vector().iter().copied().collect())
 }
 
+/// Eigenvalues of a square matrix in no order; `None` where they are not found.
+pub fn eigenvalues(a: MatRef<'_, f64>) -> Option<Vec<c64>> {
+    let n = a.nrows();
+    if n == 0 {
+        return Some(Vec::new());
+    }
+    if a.col_iter().any(|c| c.iter().any(|v| !v.is_finite())) {
+        return None;
+    }
+    let (mut re, mut im) = (Diag::zeros(n), Diag::zeros(n));
+    let no = ComputeEigenvectors::No;
+    let params = Spec::default();
+    let scratch = evd_scratch::<f64>(n, no, no, Par::Seq, params);
+    let mut memory = MemBuffer::try_new(scratch).ok()?;
+    let stack = MemStack::new(&mut memory);
+    evd_real(
+        a,
+        re.as_mut(),
+        im.as_mut(),
+        None,
+        None,
+        Par::Seq,
+        stack,
+        params,
+    )
+    .ok()?;
+    let parts = re.column_vector().iter().zip(im.column_vector().iter());
+    Some(parts.map(|(re, im)| c64::new(*re, *im)).collect())
+}
+
 /// Mean of a matrix and its transpose: symmetric to the last bit.
 pub fn symmetrised(a: MatRef<'_, f64>) -> Mat<f64> {
     Mat::from_fn(a.nrows(), a.ncols(), |i, j| 0.5 * (a[(i, j)] + a[(j, i)]))
@@ -253,5 +285,23 @@ mod tests {
             assert!((lowest / scale + 1.0).abs() < 1e-14, "{lowest:e}");
         }
         assert_eq!(lowest_eigenvalue(Mat::zeros(3, 3).as_ref()), 0.0);
+    }
+
+    #[test]
+    fn a_companion_matrix_has_the_roots_of_its_polynomial() {
+        // (x - 2) (x^2 + 2 x + 5) = x^3 + x - 10.
+        let mut companion = Mat::<f64>::zeros(3, 3);
+        (companion[(1, 0)], companion[(2, 1)]) = (1.0, 1.0);
+        (companion[(0, 2)], companion[(1, 2)]) = (10.0, -1.0);
+        let found = eigenvalues(companion.as_ref()).unwrap();
+        for root in [
+            c64::new(2.0, 0.0),
+            c64::new(-1.0, 2.0),
+            c64::new(-1.0, -2.0),
+        ] {
+            assert!(found.iter().any(|v| (v - root).norm() < 1e-13), "{found:?}");
+        }
+        companion[(0, 0)] = f64::NAN;
+        assert_eq!(eigenvalues(companion.as_ref()), None);
     }
 }
