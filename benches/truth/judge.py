@@ -65,7 +65,8 @@ def judge(point, truths, accuracy):
     sizes = nearest["largest"]
     line["multiplier"] = max(sizes)
     is_clear = abs(sizes[0] - sizes[1]) < 0.02 and all(abs(size - 1) > 1e-3 for size in sizes) and (sizes[0] > 1) == (sizes[1] > 1)
-    line["stability"] = ("right" if (sizes[0] < 1) == point["stable"] else "wrong") if is_clear else "vague"
+    verdict = "not judged" if point["stable"] is None else "right" if (sizes[0] < 1) == point["stable"] else "wrong"
+    line["stability"] = verdict if is_clear else "vague"
     verdicts = [q["three"] for q in line["quantities"].values()]
     line["verdict"] = "wrong" if "wrong" in verdicts else "judged"
     return line
@@ -113,8 +114,8 @@ def report(tally, arguments):
                   f"{rate(beyond, len(sharp))}         {vague}")
         clear = [line for line in group if line.get("stability") in ("right", "wrong")]
         wrong = sum(line["stability"] == "wrong" for line in clear)
-        unclear = sum(line.get("stability") == "vague" for line in group)
-        print(f"  {'stability':14} {len(clear):6d}   {rate(len(clear) - wrong, len(clear))}   {rate(wrong, len(clear))}                             {unclear}")
+        unclear, without = (sum(line.get("stability") == end for line in group) for end in ("vague", "not judged"))
+        print(f"  {'stability':14} {len(clear):6d}   {rate(len(clear) - wrong, len(clear))}   {rate(wrong, len(clear))}                             {unclear}   not judged by the program {without}")
     seconds = [line["seconds"] for line in lines if line["verdict"] != "slow" and line["seconds"] > 0]
     slow = [arguments.most_seconds] * count["slow"]
     if seconds:

@@ -32,9 +32,9 @@ def point(response, i):
     motion = response[i]
     found = {"outcome": response.outcome[i], "has_motion": motion.has_motion}
     if motion.has_motion:
-        force, x = motion.contact_force_n, motion.relative_displacement_m
+        force, x, stability = motion.contact_force_n, motion.relative_displacement_m, motion.stability()
         found |= {
-            "harmonics": motion.harmonics, "stable": bool(response.stable[i]), "amplitude_m": motion.amplitude_m.tolist(),
+            "harmonics": motion.harmonics, "stable": stability.stable, "stability": repr(stability), "amplitude_m": motion.amplitude_m.tolist(),
             "estimated": {
                 "amplitude": motion.estimated_error.tolist(),
                 "friction power": relative(motion.friction_power_error_w, motion.friction_power_w),

@@ -9,6 +9,7 @@
 //! - [`problem`]: a reduced model with laws and excitations, and its dynamic stiffness.
 //! - [`dlft`]: static state, harmonic balance, continuation, backbones.
 //! - [`integration`]: the same motion in time, as a check.
+//! - [`stability`]: whether a motion is stable, by its Floquet multipliers.
 //!
 //! Nothing here knows meshes, elements or files: a program that has matrices makes a
 //! [`ReducedModel`](reduced::ReducedModel) of them and begins here. [`ForcedResponse`] computes its
@@ -31,6 +32,7 @@ pub mod integration;
 pub mod prelude;
 pub mod problem;
 pub mod reduced;
+pub mod stability;
 pub mod superelement;
 
 pub use forced_response::{ForcedResponse, ResponseError, Solved};

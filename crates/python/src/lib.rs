@@ -22,6 +22,7 @@ mod response;
 mod run;
 mod running;
 mod scene;
+mod stability;
 mod statics;
 mod subject;
 
@@ -40,6 +41,7 @@ fn _dovetail(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<response::PyResponse>()?;
     module.add_class::<response::PyPeak>()?;
     module.add_class::<motion::PyMotion>()?;
+    module.add_class::<stability::PyStability>()?;
     module.add_class::<statics::PyStaticState>()?;
     module.add_class::<pairs::PyPairs>()?;
     module.add_class::<problem::PyProblem>()?;

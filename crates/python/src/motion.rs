@@ -8,11 +8,15 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::arrays::{amplitudes, block, table, vector};
+use crate::running::watched;
+use crate::stability::PyStability;
 use crate::subject::{ResultSubject, missing_recovery_error};
+use dovetail_solver::damping::Rayleigh;
 use dovetail_solver::dlft::{Orbit, PairCycle, PairErrors, Response};
 use dovetail_solver::results::quantities::loss_factor;
 use dovetail_solver::results::recovery::NodalField;
 use dovetail_solver::results::signals::pair_signals;
+use dovetail_solver::stability::judge;
 
 /// Response or motion that stands by itself.
 enum MotionSource {
@@ -29,6 +33,8 @@ enum MotionSource {
 pub struct PyMotion {
     source: MotionSource,
     subject: Arc<ResultSubject>,
+    /// Damping that the motion was solved with, where it is known.
+    damping: Option<Rayleigh>,
 }
 
 impl PyMotion {
@@ -37,8 +43,10 @@ impl PyMotion {
         response: &Arc<Response>,
         index: usize,
         subject: &Arc<ResultSubject>,
+        damping: Option<Rayleigh>,
     ) -> Self {
         Self {
+            damping,
             source: MotionSource::Of(Arc::clone(response), index),
             subject: Arc::clone(subject),
         }
@@ -47,6 +55,7 @@ impl PyMotion {
     /// Motion by itself.
     pub fn isolated(orbit: Orbit, subject: &Arc<ResultSubject>) -> Self {
         Self {
+            damping: None,
             source: MotionSource::Alone(Box::new(orbit)),
             subject: Arc::clone(subject),
         }
@@ -378,6 +387,17 @@ impl PyMotion {
     #[getter]
     fn retention_n(&self) -> f64 {
         self.orbit().retention_n
+    }
+
+    /// Stability of the motion, by its largest Floquet multiplier. It is computed when it is asked for,
+    /// and takes some hundred products of matrices of twice the number of unknowns. A motion of a
+    /// `Balance` or of a search for peaks, and a wave round a disc, are not judged.
+    fn stability(&self, py: Python<'_>) -> PyResult<PyStability> {
+        let Some(damping) = self.damping else {
+            return Ok(PyStability::not_judged("its damping is not known here"));
+        };
+        let judge = || judge(&self.subject.problem, damping, self.orbit());
+        Ok(watched(py, None, |_| judge())?.0.into())
     }
 
     /// Relative residual of the balance.

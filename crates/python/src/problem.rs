@@ -788,7 +788,7 @@ impl PyProblem {
         let (response, _) = watched(py, Some(&progress), |wire| {
             self.solve(&settings, (damping, &state), follow, &wire)
         })?;
-        Ok(PyResponse::new(response, &self.subject))
+        Ok(PyResponse::new(response, &self.subject, Some(damping)))
     }
 
     /// Balance of one frequency: its residual and Jacobian as functions of U, for a solver of one's

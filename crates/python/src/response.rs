@@ -11,6 +11,7 @@ use crate::arrays::{amplitudes, table, vector};
 use crate::errors;
 use crate::motion::PyMotion;
 use crate::subject::ResultSubject;
+use dovetail_solver::damping::Rayleigh;
 use dovetail_solver::dlft::branch::stable;
 use dovetail_solver::dlft::{CycleCounts, LinearPoint, Orbit, Response};
 use dovetail_solver::results::peak::{
@@ -53,11 +54,18 @@ fn peak_object(peak: Option<Peak>) -> Option<PyPeak> {
 pub struct PyResponse {
     response: Arc<Response>,
     subject: Arc<ResultSubject>,
+    /// Damping of all points, where it is the same.
+    damping: Option<Rayleigh>,
 }
 
 impl PyResponse {
-    pub fn new(response: Response, subject: &Arc<ResultSubject>) -> Self {
+    pub fn new(
+        response: Response,
+        subject: &Arc<ResultSubject>,
+        damping: Option<Rayleigh>,
+    ) -> Self {
         Self {
+            damping,
             response: Arc::new(response),
             subject: Arc::clone(subject),
         }
@@ -143,6 +151,7 @@ impl PyResponse {
             &self.response,
             place,
             &self.subject,
+            self.damping,
         ))
     }
 
@@ -160,6 +169,7 @@ impl PyResponse {
                 &self.response,
                 index,
                 &self.subject,
+                self.damping,
             )),
             None => Err(errors::value("no point of the response has a motion")),
         }
@@ -232,7 +242,7 @@ impl PyResponse {
     }
 
     /// False between two folds of a branch, where motions are unstable, (points,). No other loss of
-    /// stability is seen.
+    /// stability is seen: `Motion.stability()` judges one motion by its Floquet multipliers.
     #[getter]
     fn stable<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<bool>> {
         vector(py, stable(&self.response))

@@ -131,11 +131,13 @@ impl PyRun {
         let path = load_path(scene, &reduced.problem.reduced);
         let subject = ResultSubject::new(reduced.problem, Some(reduced.pairs), reduced.bodies);
         let state = Arc::new(run.statics.state);
+        // Along an engine order matrices and damping are those of each speed.
+        let of_all = damping.filter(|_| run.response.as_ref().is_none_or(|r| r.run_up.is_none()));
         let (response, compared) = match run.response {
             Some(found) => (Some(found.response), found.compared.map(|c| c.response)),
             None => (None, None),
         };
-        let of = |response| Py::new(py, PyResponse::new(response, &subject));
+        let of = |response| Py::new(py, PyResponse::new(response, &subject, of_all));
         Ok(Self {
             response: response.map(of).transpose()?,
             compared: compared.map(of).transpose()?,

@@ -429,3 +429,30 @@ def test_preload_and_clearance_add_up():
         )
         state = problem.static_state()
         assert -state.contact_force_n[0, 0] == pytest.approx(expected_n, abs=1e-9)
+
+
+def test_a_stop_doubles_the_period_at_twice_its_resonance():
+    # A mass between 1 N/m on one side and 11 N/m on the other, excited at twice its free vibration.
+    open_, closed = 1.0, np.sqrt(11.0)
+    hz = 4 * open_ * closed / (open_ + closed) / (2 * np.pi)
+    stop = Pair((0, None, None), friction=0.0, normal_stiffness_n_m=10.0, tangential_stiffness_n_m=10.0)
+
+    def judged(damping):
+        problem = Problem.from_matrices(
+            np.eye(1), np.eye(1), [stop], excitation=[0.1], observe={"mass": 0}, damping={"mass_per_s": damping},
+        )
+        return problem.response([hz], accuracy=0.01, progress=False)[0].stability()
+
+    light, heavy = judged(0.01), judged(1.5)
+    assert (light.stable, light.kind, light.reason) == (False, "period_doubling", None)
+    assert light.multiplier.real < -1 and light.multiplier.imag == 0
+    assert (heavy.stable, heavy.kind) == (True, None) and abs(heavy.multiplier) < 1
+
+
+def test_a_motion_without_known_damping_is_not_judged():
+    problem = mass_on_friction(0.2)
+    motion = problem.response([0.1], harmonics=3, progress=False)[0]
+    assert motion.stability().stable
+    balance = problem.balance(0.1, harmonics=3)
+    found = balance.motion(motion.u).stability()
+    assert found.stable is None and found.multiplier is None and "damping" in found.reason

@@ -16,6 +16,7 @@
 //! - [`problem`]: a reduced model with laws and excitations, and its dynamic stiffness.
 //! - [`dlft`]: static state and harmonic balance.
 //! - [`integration`]: the same motion in time, as a check.
+//! - [`stability`]: whether a motion is stable, by its Floquet multipliers.
 //! - [`results`]: physical fields.
 //!
 //! # From a reduced model to a response
@@ -51,7 +52,7 @@ pub mod run;
 
 pub use dovetail_dynamics::{
     ForcedResponse, ResponseError, Solved, contact, damping, dlft, excitation, integration,
-    problem, reduced, superelement,
+    problem, reduced, stability, superelement,
 };
 /// Meshes, their elements, and with the feature `files` the readers of mesh files.
 pub use dovetail_mesh as mesh;

@@ -100,6 +100,19 @@ impl PairLaw {
             touch_n: 0.0,
         }
     }
+
+    /// Law as a function of the displacement times springs of these stiffnesses, normal and
+    /// tangential, N/m.
+    pub(crate) fn of_springs(&self, [normal, tangential]: [f64; 2]) -> PredictedLaw {
+        PredictedLaw {
+            friction: self.computed_friction(),
+            is_rigid: self.stiffness.is_none(),
+            shares: [1.0; 3],
+            shift_n: normal * self.gap_m,
+            slid_n_per_m: tangential,
+            touch_n: 0.0,
+        }
+    }
 }
 
 /// Law of a pair as a function of the predicted force.

@@ -28,6 +28,7 @@ from ._dovetail import (
     Response,
     Run,
     Scene,
+    Stability,
     StaticState,
     __version__,
 )
@@ -50,6 +51,7 @@ __all__ = [
     "RunError",
     "Scene",
     "SceneError",
+    "Stability",
     "StaticState",
     "__version__",
     "read",

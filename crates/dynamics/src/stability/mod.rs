@@ -1,0 +1,203 @@
+//! Stability of a periodic response: whether small perturbations of it die away.
+//!
+//! A perturbation grows by the Floquet multipliers in a period, the eigenvalues of the monodromy
+//! matrix. Its equations are linear from one change of a pair's status to the next. With y all
+//! displacements, x those of a pair, w its slider, k its springs and e the direction of its friction
+//! force:
+//!
+//! ```text
+//! M y'' + C y' + K y + sum lambda = 0
+//! open     lambda = 0                                    w = x_T
+//! stick    lambda_N = k_N x_N   lambda_T = k_T (x_T - w)   w' = 0
+//! slip     lambda_N = k_N x_N   lambda_e = -mu lambda_N    lambda_across = k_T (x - w)_across
+//!          w_across' = k_T v / (mu N) (x - w)_across
+//! ```
+//!
+//! with v the speed of the slider and N the compression in the motion itself. `passage` follows each
+//! pair through the known motion, and `monodromy` multiplies the exponentials of these equations. A
+//! pair that lands and sticks keeps the place of its landing, which moves with the instant.
+//!
+//! A rigid pair that sticks throughout has no displacement, and an elastic one is a constant spring.
+//! A rigid pair that slips has springs and dashpots so stiff that they no longer matter. One that opens
+//! and lands is not judged: the law says nothing of its rebound.
+
+mod monodromy;
+mod passage;
+#[cfg(test)]
+mod tests;
+
+use crate::damping::Rayleigh;
+use crate::dlft::retention::Mean;
+use crate::dlft::{CycleStatus, Orbit};
+use crate::problem::Problem;
+use faer::c64;
+
+/// Angle to the negative real axis, or to the positive one, within which a multiplier lies on it, rad.
+const REAL: f64 = 1e-6;
+/// Distance from the unit circle at which a multiplier is judged, where pairs change: the error that it
+/// is estimated to have, within these bounds.
+const LEAST_MARGIN: f64 = 1e-6;
+const MOST_MARGIN: f64 = 0.05;
+
+/// Stability of a periodic response.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Stability {
+    /// Verdict on the motion.
+    pub verdict: Verdict,
+    /// Largest Floquet multiplier; of a conjugate pair that above the real axis. `None` where none was
+    /// computed, or nothing can move.
+    pub multiplier: Option<c64>,
+}
+
+/// Verdict on a periodic motion.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Verdict {
+    /// Small perturbations die away.
+    Stable,
+    /// A small perturbation grows.
+    Unstable(Kind),
+    /// The motion was not judged.
+    NotJudged(Reason),
+}
+
+/// Kind of an instability, by the largest multiplier.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, strum::Display)]
+#[strum(serialize_all = "snake_case")]
+pub enum Kind {
+    /// Real, above 1: the perturbation grows from period to period.
+    Real,
+    /// Real, below -1: the perturbation changes its sign in each period, and the motion of twice the
+    /// period takes over.
+    PeriodDoubling,
+    /// Complex (Neimark-Sacker): the perturbation has a frequency of its own, which modulates the
+    /// motion.
+    NeimarkSacker,
+}
+
+/// Reason why a motion was not judged.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum Reason {
+    /// The balance was not solved.
+    #[error("there is no motion")]
+    NoMotion,
+    /// The harmonics are waves round a disc.
+    #[error("the harmonics are waves round a disc")]
+    Waves,
+    /// The air acts on the blades.
+    #[error("the air acts on the blades")]
+    Influence,
+    /// A spring that only the mean feels retains the motion.
+    #[error("a spring retains the mean of the motion")]
+    Retained,
+    /// A rigid pair lands: its impact turns small perturbations into large ones.
+    #[error("a rigid pair opens and lands")]
+    Landing,
+    /// Some displacement has no mass.
+    #[error("the mass matrix is singular")]
+    Massless,
+    /// The monodromy matrix costs more than can be afforded.
+    #[error("the model has too many unknowns")]
+    TooLarge,
+    /// The multipliers were not found.
+    #[error("the multipliers were not found")]
+    NotFound,
+    /// The largest multiplier is nearer to the unit circle than its error, or the motion has too few
+    /// harmonics.
+    #[error("the largest multiplier is not known well enough: take more harmonics")]
+    TooNear,
+}
+
+impl Stability {
+    const fn not_judged(reason: Reason) -> Self {
+        Self {
+            verdict: Verdict::NotJudged(reason),
+            multiplier: None,
+        }
+    }
+
+    /// `Some(true)` if the motion is stable, `None` where it was not judged.
+    pub fn is_stable(&self) -> Option<bool> {
+        match self.verdict {
+            Verdict::Stable => Some(true),
+            Verdict::Unstable(_) => Some(false),
+            Verdict::NotJudged(_) => None,
+        }
+    }
+}
+
+/// Judges a periodic motion of `problem` that a force excites, as the balance of one frequency gives
+/// it. It takes one product of matrices of twice the number of unknowns for each change of a pair,
+/// and some hundred where a pair slips.
+pub fn judge(problem: &Problem, damping: Rayleigh, orbit: &Orbit) -> Stability {
+    if let Some(reason) = reason_against(problem, orbit) {
+        return Stability::not_judged(reason);
+    }
+    let multiplier = |resolution| monodromy::largest(problem, damping, orbit, resolution);
+    let found = match multiplier(monodromy::Resolution::FINE) {
+        Ok(Some(found)) => found,
+        Ok(None) => {
+            return Stability {
+                verdict: Verdict::Stable,
+                multiplier: None,
+            };
+        }
+        Err(reason) => return Stability::not_judged(reason),
+    };
+    let size = found.multiplier.norm();
+    // With half the resolution and another prediction of the pairs the verdict has to be the same.
+    let margin = match found
+        .changes
+        .then(|| multiplier(monodromy::Resolution::COARSE))
+    {
+        None => 0.0,
+        Some(Ok(Some(coarse))) if (coarse.multiplier.norm() < 1.0) == (size < 1.0) => {
+            let change = (coarse.multiplier.norm() - size).abs();
+            change.min(MOST_MARGIN).max(LEAST_MARGIN)
+        }
+        Some(_) => f64::INFINITY,
+    };
+    Stability {
+        verdict: match (size - 1.0).abs() > margin {
+            true => verdict_of(found.multiplier),
+            false => Verdict::NotJudged(Reason::TooNear),
+        },
+        multiplier: Some(found.multiplier),
+    }
+}
+
+fn reason_against(problem: &Problem, orbit: &Orbit) -> Option<Reason> {
+    let reduced = &problem.reduced;
+    if !orbit.outcome.has_motion() {
+        return Some(Reason::NoMotion);
+    }
+    if !reduced.dashpots.influenced().is_empty() {
+        return Some(Reason::Influence);
+    }
+    if reduced.waves.excitation().is_some() {
+        return Some(Reason::Waves);
+    }
+    if orbit.mean == Mean::Retained {
+        return Some(Reason::Retained);
+    }
+    let mut pairs = orbit.cycles.iter().zip(&problem.laws);
+    let lands = pairs.any(|(cycle, law)| {
+        let opens = matches!(cycle.status, CycleStatus::Opening | CycleStatus::Closing);
+        opens && law.stiffness.is_none()
+    });
+    lands.then_some(Reason::Landing)
+}
+
+fn verdict_of(multiplier: c64) -> Verdict {
+    if multiplier.norm() < 1.0 {
+        return Verdict::Stable;
+    }
+    let angle = multiplier.arg().abs();
+    Verdict::Unstable(if angle < REAL {
+        Kind::Real
+    } else if angle > std::f64::consts::PI - REAL {
+        Kind::PeriodDoubling
+    } else {
+        Kind::NeimarkSacker
+    })
+}
