@@ -12,11 +12,14 @@ use crate::running::watched;
 use crate::stability::PyStability;
 use crate::subject::{ResultSubject, missing_recovery_error};
 use dovetail_solver::damping::Rayleigh;
-use dovetail_solver::dlft::{Orbit, PairCycle, PairErrors, Response};
+use dovetail_solver::dlft::{Orbit, PairCycle, PairErrors, Response, StaticState};
 use dovetail_solver::results::quantities::loss_factor;
 use dovetail_solver::results::recovery::NodalField;
 use dovetail_solver::results::signals::pair_signals;
 use dovetail_solver::stability::judge;
+
+/// Damping and static state of a motion.
+pub type About = (Rayleigh, Arc<StaticState>);
 
 /// Response or motion that stands by itself.
 enum MotionSource {
@@ -33,8 +36,8 @@ enum MotionSource {
 pub struct PyMotion {
     source: MotionSource,
     subject: Arc<ResultSubject>,
-    /// Damping that the motion was solved with, where it is known.
-    damping: Option<Rayleigh>,
+    /// Damping that the motion was solved with, and the static state, where they are known.
+    about: Option<About>,
 }
 
 impl PyMotion {
@@ -43,10 +46,10 @@ impl PyMotion {
         response: &Arc<Response>,
         index: usize,
         subject: &Arc<ResultSubject>,
-        damping: Option<Rayleigh>,
+        about: Option<About>,
     ) -> Self {
         Self {
-            damping,
+            about,
             source: MotionSource::Of(Arc::clone(response), index),
             subject: Arc::clone(subject),
         }
@@ -55,7 +58,7 @@ impl PyMotion {
     /// Motion by itself.
     pub fn isolated(orbit: Orbit, subject: &Arc<ResultSubject>) -> Self {
         Self {
-            damping: None,
+            about: None,
             source: MotionSource::Alone(Box::new(orbit)),
             subject: Arc::clone(subject),
         }
@@ -393,10 +396,10 @@ impl PyMotion {
     /// and takes some hundred products of matrices of twice the number of unknowns. A motion of a
     /// `Balance` or of a search for peaks, and a wave round a disc, are not judged.
     fn stability(&self, py: Python<'_>) -> PyResult<PyStability> {
-        let Some(damping) = self.damping else {
+        let Some((damping, state)) = &self.about else {
             return Ok(PyStability::not_judged("its damping is not known here"));
         };
-        let judge = || judge(&self.subject.problem, damping, self.orbit());
+        let judge = || judge(&self.subject.problem, *damping, state, self.orbit());
         Ok(watched(py, None, |_| judge())?.0.into())
     }
 

@@ -788,7 +788,11 @@ impl PyProblem {
         let (response, _) = watched(py, Some(&progress), |wire| {
             self.solve(&settings, (damping, &state), follow, &wire)
         })?;
-        Ok(PyResponse::new(response, &self.subject, Some(damping)))
+        Ok(PyResponse::new(
+            response,
+            &self.subject,
+            Some((damping, state)),
+        ))
     }
 
     /// Balance of one frequency: its residual and Jacobian as functions of U, for a solver of one's

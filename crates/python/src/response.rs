@@ -9,9 +9,8 @@ use pyo3::types::PyDict;
 
 use crate::arrays::{amplitudes, table, vector};
 use crate::errors;
-use crate::motion::PyMotion;
+use crate::motion::{About, PyMotion};
 use crate::subject::ResultSubject;
-use dovetail_solver::damping::Rayleigh;
 use dovetail_solver::dlft::branch::stable;
 use dovetail_solver::dlft::{CycleCounts, LinearPoint, Orbit, Response};
 use dovetail_solver::results::peak::{
@@ -54,18 +53,14 @@ fn peak_object(peak: Option<Peak>) -> Option<PyPeak> {
 pub struct PyResponse {
     response: Arc<Response>,
     subject: Arc<ResultSubject>,
-    /// Damping of all points, where it is the same.
-    damping: Option<Rayleigh>,
+    /// Damping and static state of all points, where they are the same.
+    about: Option<About>,
 }
 
 impl PyResponse {
-    pub fn new(
-        response: Response,
-        subject: &Arc<ResultSubject>,
-        damping: Option<Rayleigh>,
-    ) -> Self {
+    pub fn new(response: Response, subject: &Arc<ResultSubject>, about: Option<About>) -> Self {
         Self {
-            damping,
+            about,
             response: Arc::new(response),
             subject: Arc::clone(subject),
         }
@@ -151,7 +146,7 @@ impl PyResponse {
             &self.response,
             place,
             &self.subject,
-            self.damping,
+            self.about.clone(),
         ))
     }
 
@@ -169,7 +164,7 @@ impl PyResponse {
                 &self.response,
                 index,
                 &self.subject,
-                self.damping,
+                self.about.clone(),
             )),
             None => Err(errors::value("no point of the response has a motion")),
         }

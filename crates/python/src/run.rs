@@ -128,16 +128,17 @@ impl PyRun {
             .natural_frequencies(Some(state), &run.held_omega2);
         let damping = run.reduced.rayleigh(&scene.damping, state).ok();
         let reduced = run.reduced;
+        // Along an engine order matrices and damping are those of each speed.
+        let of_all = damping.filter(|_| run.response.as_ref().is_none_or(|r| r.run_up.is_none()));
         let path = load_path(scene, &reduced.problem.reduced);
         let subject = ResultSubject::new(reduced.problem, Some(reduced.pairs), reduced.bodies);
         let state = Arc::new(run.statics.state);
-        // Along an engine order matrices and damping are those of each speed.
-        let of_all = damping.filter(|_| run.response.as_ref().is_none_or(|r| r.run_up.is_none()));
+        let about = of_all.map(|damping| (damping, Arc::clone(&state)));
         let (response, compared) = match run.response {
             Some(found) => (Some(found.response), found.compared.map(|c| c.response)),
             None => (None, None),
         };
-        let of = |response| Py::new(py, PyResponse::new(response, &subject, of_all));
+        let of = |response| Py::new(py, PyResponse::new(response, &subject, about.clone()));
         Ok(Self {
             response: response.map(of).transpose()?,
             compared: compared.map(of).transpose()?,

@@ -17,10 +17,13 @@
 //! pair through the known motion, and `monodromy` multiplies the exponentials of these equations. A
 //! pair that lands and sticks keeps the place of its landing, which moves with the instant.
 //!
+//! The motion is solved again with more harmonics (`finer`) until the verdict stays.
+//!
 //! A rigid pair that sticks throughout has no displacement, and an elastic one is a constant spring.
 //! A rigid pair that slips has springs and dashpots so stiff that they no longer matter. One that opens
 //! and lands is not judged: the law says nothing of its rebound.
 
+mod finer;
 mod monodromy;
 mod passage;
 #[cfg(test)]
@@ -28,16 +31,20 @@ mod tests;
 
 use crate::damping::Rayleigh;
 use crate::dlft::retention::Mean;
-use crate::dlft::{CycleStatus, Orbit};
+use crate::dlft::{CycleStatus, Orbit, StaticState};
 use crate::problem::Problem;
 use faer::c64;
+use finer::{Finer, finer};
+use monodromy::Resolution;
 
 /// Angle to the negative real axis, or to the positive one, within which a multiplier lies on it, rad.
 const REAL: f64 = 1e-6;
-/// Distance from the unit circle at which a multiplier is judged, where pairs change: the error that it
-/// is estimated to have, within these bounds.
-const LEAST_MARGIN: f64 = 1e-6;
-const MOST_MARGIN: f64 = 0.05;
+/// Most times that the harmonics are doubled.
+const MOST_LEVELS: usize = 3;
+/// Share of the distance from the unit circle by which two multipliers of one verdict may differ.
+const SHARE: f64 = 0.6;
+/// Least distance from the unit circle at which a motion is judged whose pairs change.
+const LEAST: f64 = 1e-6;
 
 /// Stability of a periodic response.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -126,43 +133,81 @@ impl Stability {
     }
 }
 
-/// Judges a periodic motion of `problem` that a force excites, as the balance of one frequency gives
-/// it. It takes one product of matrices of twice the number of unknowns for each change of a pair,
-/// and some hundred where a pair slips.
-pub fn judge(problem: &Problem, damping: Rayleigh, orbit: &Orbit) -> Stability {
-    if let Some(reason) = reason_against(problem, orbit) {
-        return Stability::not_judged(reason);
+/// Judges a periodic motion of `problem` about its static state that a force excites, as the balance of
+/// one frequency gives it. The motion is solved again with more harmonics, until two in a row have one
+/// verdict. Each takes one product of matrices of twice the number of unknowns for each change of a
+/// pair, and some hundred where a pair slips.
+pub fn judge(
+    problem: &Problem,
+    damping: Rayleigh,
+    state: &StaticState,
+    orbit: &Orbit,
+) -> Stability {
+    match judged(problem, damping, state, orbit) {
+        Ok(stability) => stability,
+        Err(reason) => Stability::not_judged(reason),
     }
-    let multiplier = |resolution| monodromy::largest(problem, damping, orbit, resolution);
-    let found = match multiplier(monodromy::Resolution::FINE) {
-        Ok(Some(found)) => found,
-        Ok(None) => {
-            return Stability {
-                verdict: Verdict::Stable,
-                multiplier: None,
-            };
-        }
-        Err(reason) => return Stability::not_judged(reason),
+}
+
+fn judged(
+    problem: &Problem,
+    damping: Rayleigh,
+    state: &StaticState,
+    orbit: &Orbit,
+) -> Result<Stability, Reason> {
+    let multiplier = |orbit: &Orbit, resolution| match reason_against(problem, orbit) {
+        Some(reason) => Err(reason),
+        None => monodromy::largest(problem, damping, orbit, resolution),
     };
-    let size = found.multiplier.norm();
-    // With half the resolution and another prediction of the pairs the verdict has to be the same.
-    let margin = match found
-        .changes
-        .then(|| multiplier(monodromy::Resolution::COARSE))
-    {
-        None => 0.0,
-        Some(Ok(Some(coarse))) if (coarse.multiplier.norm() < 1.0) == (size < 1.0) => {
-            let change = (coarse.multiplier.norm() - size).abs();
-            change.min(MOST_MARGIN).max(LEAST_MARGIN)
-        }
-        Some(_) => f64::INFINITY,
+    let Some(mut last) = multiplier(orbit, Resolution::FINE)? else {
+        return Ok(Stability {
+            verdict: Verdict::Stable,
+            multiplier: None,
+        });
     };
+    if !last.changes {
+        return Ok(of_multiplier(last.multiplier, true));
+    }
+    let mut motion = Box::new(orbit.clone());
+    for level in 0..MOST_LEVELS {
+        match finer(problem, damping, state, &motion) {
+            Finer::Found(finer) => motion = finer,
+            // At least the resolution and the prediction of the pairs must not matter.
+            Finer::TooLarge if level == 0 => {
+                let control = multiplier(orbit, Resolution::COARSE)?;
+                let is_sure = control.is_some_and(|c| agree(last.multiplier, c.multiplier));
+                return Ok(of_multiplier(last.multiplier, is_sure));
+            }
+            Finer::TooLarge | Finer::NotFound => break,
+        }
+        let Some(next) = multiplier(&motion, Resolution::FINE)? else {
+            break;
+        };
+        if agree(last.multiplier, next.multiplier) {
+            return Ok(of_multiplier(next.multiplier, true));
+        }
+        last = next;
+    }
+    Ok(of_multiplier(last.multiplier, false))
+}
+
+/// Returns `true` if two multipliers give one verdict, and differ by less than a share of the distance
+/// from the unit circle.
+fn agree(one: c64, other: c64) -> bool {
+    let [one, other] = [one, other].map(|m| m.norm() - 1.0);
+    let distance = one.abs().min(other.abs());
+    one * other > 0.0
+        && (one - other).abs() < SHARE * one.abs().max(other.abs())
+        && distance > LEAST
+}
+
+fn of_multiplier(multiplier: c64, is_sure: bool) -> Stability {
     Stability {
-        verdict: match (size - 1.0).abs() > margin {
-            true => verdict_of(found.multiplier),
+        verdict: match is_sure {
+            true => verdict_of(multiplier),
             false => Verdict::NotJudged(Reason::TooNear),
         },
-        multiplier: Some(found.multiplier),
+        multiplier: Some(multiplier),
     }
 }
 
