@@ -13,8 +13,8 @@ use dovetail_testkit::folder::root;
 const LIBRARIES: [(&str, &str); 5] = [
     (
         "crates/dynamics/src",
-        "contact damping reduced excitation superelement problem dlft integration stability \
-         forced_response prelude",
+        "contact damping reduced excitation superelement problem dlft integration \
+         forced_response stability prelude",
     ),
     ("crates/structure/src", "structure reduction model fem"),
     ("crates/solver/src", "results description run prelude"),
