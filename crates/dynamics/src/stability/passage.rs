@@ -99,7 +99,14 @@ impl Passage {
         for _ in 0..MOST_PERIODS {
             let start = state;
             for n in 0..samples {
-                let instant = predicted.evaluate(prediction(n), || None, state);
+                let now = prediction(n);
+                if state.contact == Contact::Open && now[0] < 0.0 {
+                    // The slider stays where the pair lands, between two samples.
+                    let before = prediction((n + samples - 1) % samples);
+                    let way = (before[0] / (before[0] - now[0])).clamp(0.0, 1.0);
+                    state.slid_n = [1, 2].map(|c| before[c] + way * (now[c] - before[c]));
+                }
+                let instant = predicted.evaluate(now, || None, state);
                 let [normal, t1, t2] = instant.force;
                 self.contact[n] = instant.state.contact;
                 if instant.state.contact == Contact::Slip {
