@@ -114,11 +114,16 @@ impl Equations {
         // What sticks on rigid flanks does not move.
         let is_held =
             |p: usize| status(p) == CycleStatus::Stuck && problem.laws[p].stiffness.is_none();
+        let [stiffness, mass, viscous] = matrices(problem, damping);
+        // Directions in which a pair has no unknowns stand for themselves, without mass.
+        let is_alone = |i: usize| {
+            let mut others = (0..stiffness.nrows()).filter(|j| *j != i);
+            mass[(i, i)] == 0.0 && others.all(|j| stiffness[(i, j)] == 0.0)
+        };
         let free: Vec<usize> = (0..reduced.stiffness.nrows())
-            .filter(|i| !is_held(i / 3))
+            .filter(|i| !is_held(i / 3) && !is_alone(*i))
             .chain(reduced.stiffness.nrows()..unknowns(reduced))
             .collect();
-        let [stiffness, mass, viscous] = matrices(problem, damping);
         let of_free =
             |of: &Mat<f64>| Mat::from_fn(free.len(), free.len(), |i, j| of[(free[i], free[j])]);
         let (masses, shapes) =

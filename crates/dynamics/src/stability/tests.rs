@@ -244,6 +244,19 @@ fn complex_multipliers_of_a_stop_have_the_modulus_of_the_damping() {
     assert!((size - expected).abs() < 1e-6, "{size} {expected}");
 }
 
+#[test]
+fn directions_without_unknowns_do_not_count() {
+    let mass = stop(twice_the_resonance(), 0.0, 0.01);
+    let (solved, orbit, found) = mass.solved(15);
+    let mut alone = mass.problem();
+    let reduced = alone.reduced_mut();
+    (reduced.mass[(1, 1)], reduced.mass[(2, 2)]) = (0.0, 0.0);
+    let again = judge(&alone, solved.damping, &solved.state, &orbit);
+    assert_eq!(again.verdict, found.verdict);
+    let off = (again.multiplier.unwrap() - found.multiplier.unwrap()).norm();
+    assert!(off < 1e-9, "{off:e}");
+}
+
 /// The mass pressed on the ground with 1 N.
 fn rubbing(law: PairLaw, force: [[f64; 3]; 2], omega: f64) -> Mass {
     Mass {
