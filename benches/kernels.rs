@@ -18,7 +18,7 @@ use dovetail_solver::damping::Rayleigh;
 use dovetail_solver::dlft::balance::{Balance, Setting};
 use dovetail_solver::dlft::dense::powell;
 use dovetail_solver::dlft::eps::Eps;
-use dovetail_solver::dlft::newton_krylov::{KRYLOV_TOLERANCE, KrylovSystem, Preconditioner};
+use dovetail_solver::dlft::newton_krylov::{KrylovSystem, Preconditioner};
 use dovetail_solver::dlft::settings::EpsChoice;
 use dovetail_solver::dlft::static_state::static_state;
 use dovetail_solver::fem::assemble;
@@ -109,13 +109,7 @@ fn reduced_dovetail() -> Problem {
 fn newton_krylov(balance: &Balance, start: &[f64]) -> (Vec<f64>, NewtonEnd) {
     let mut u = start.to_vec();
     let mut preconditioner = Preconditioner::default();
-    let mut system = KrylovSystem::new(
-        balance,
-        &mut preconditioner,
-        KRYLOV_TOLERANCE,
-        1e-8,
-        &|_| false,
-    );
+    let mut system = KrylovSystem::new(balance, &mut preconditioner, 1e-2, 1e-8, &|_| false);
     let end = newton(&mut system, &mut u, NEWTON);
     (u, end)
 }

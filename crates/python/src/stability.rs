@@ -35,13 +35,13 @@ impl PyStability {
 
 impl From<Stability> for PyStability {
     fn from(found: Stability) -> Self {
-        let (kind, reason) = match found.verdict {
-            Verdict::Stable => (None, None),
-            Verdict::Unstable(kind) => (Some(kind.to_string()), None),
-            Verdict::NotJudged(reason) => (None, Some(reason.to_string())),
+        let (stable, kind, reason) = match found.verdict {
+            Verdict::Stable => (Some(true), None, None),
+            Verdict::Unstable(kind) => (Some(false), Some(kind.to_string()), None),
+            Verdict::NotJudged(reason) => (None, None, Some(reason.to_string())),
         };
         Self {
-            stable: found.is_stable(),
+            stable,
             multiplier: found.multiplier.map(|m| [m.re, m.im]),
             kind,
             reason,

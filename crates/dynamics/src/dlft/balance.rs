@@ -108,12 +108,12 @@ pub struct Balance {
     /// Factor on the eps of the setting.
     pub eps_scale: f64,
     /// Time at which the solution is given up.
-    pub deadline: Deadline,
+    pub(crate) deadline: Deadline,
 }
 
 /// Time at which something is given up, if ever.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Deadline(Option<Instant>);
+pub(crate) struct Deadline(Option<Instant>);
 
 impl Deadline {
     /// Deadline so many seconds from now. `None`, or more than a clock can count, means never.
@@ -159,7 +159,7 @@ impl Evaluation {
 }
 
 /// Balance that keeps its last evaluation, and does not evaluate the same U twice in a row.
-pub struct Evaluator<'a> {
+pub(crate) struct Evaluator<'a> {
     /// Balance that is evaluated.
     pub balance: &'a Balance,
     last: Option<(Vec<f64>, Evaluation)>,

@@ -17,11 +17,9 @@ use dovetail_numerics::krylov::{GmresEnd, RefreshPolicy};
 use dovetail_numerics::nonlinear::{LinearTolerances, NonlinearSystem};
 
 /// Usual relative residual of a linear solve.
-pub const KRYLOV_TOLERANCE: f64 = 1e-2;
-/// Relative residual of a loose linear solve, and the largest one of any. GMRES then stays out of
-/// directions in which J is nearly singular, such as the mean position of pairs that slip in every
-/// period, where a full Newton step goes far astray.
-pub(crate) const LOOSE_KRYLOV_TOLERANCE: f64 = 0.1;
+pub(crate) const KRYLOV_TOLERANCE: f64 = 1e-2;
+/// Largest relative residual of a linear solve, far from the solution.
+const LOOSEST_KRYLOV_TOLERANCE: f64 = 0.1;
 const MOST_KRYLOV_ITERATIONS: usize = 300;
 /// Most unknowns for which the Jacobian is factored where GMRES finds no solution, and iterations after
 /// which it is: the factor of so many takes as long as these.
@@ -84,7 +82,7 @@ impl Linearised {
 /// One frequency as a nonlinear system.
 pub struct KrylovSystem<'a> {
     /// Residual and Jacobian.
-    pub evaluator: Evaluator<'a>,
+    pub(crate) evaluator: Evaluator<'a>,
     preconditioner: &'a mut Preconditioner,
     /// |F|, and the norm of its harmonic part.
     scale: [f64; 2],
@@ -174,7 +172,7 @@ impl NonlinearSystem for KrylovSystem<'_> {
 pub(crate) fn krylov_tolerances(usual: f64) -> LinearTolerances {
     LinearTolerances {
         usual,
-        loosest: LOOSE_KRYLOV_TOLERANCE.max(usual),
+        loosest: LOOSEST_KRYLOV_TOLERANCE.max(usual),
     }
 }
 

@@ -54,7 +54,7 @@ impl CycleStatus {
     }
 
     /// Returns `true` if the pair is open in the static state.
-    pub fn is_open_at_rest(self) -> bool {
+    pub(crate) fn is_open_at_rest(self) -> bool {
         matches!(self, Self::Closing | Self::Open)
     }
 }

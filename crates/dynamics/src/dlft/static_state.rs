@@ -46,9 +46,10 @@ use system::StaticSystem;
 ///
 /// // 1 N presses the pair together, and 0.1 N pulls it along: friction holds up to 0.2 N.
 /// let identity = Mat::identity(3, 3);
-/// let model = ReducedModel::from_pair_matrices(identity.clone(),
-/// identity).static_load([-1.0, 0.1, 0.0]); let problem = Problem::unexcited(model,
-/// vec![PairLaw::rigid(0.2, 0.0)]); let state = static_state(&problem, 10, CRITERIA);
+/// let model = ReducedModel::from_pair_matrices(identity.clone(), identity);
+/// let model = model.static_load([-1.0, 0.1, 0.0]);
+/// let problem = Problem::new(model, vec![PairLaw::rigid(0.2, 0.0)], &[]);
+/// let state = static_state(&problem, 10, CRITERIA);
 /// assert!(state.outcome.is_converged());
 /// assert_eq!(state.status, [PairStatus::Stuck]);
 /// ```

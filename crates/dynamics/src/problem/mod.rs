@@ -64,11 +64,6 @@ impl Problem {
         }
     }
 
-    /// Problem of a reduced model with the contact law of each pair, which nothing excites.
-    pub fn unexcited(reduced: impl Into<Arc<ReducedModel>>, laws: Vec<PairLaw>) -> Self {
-        Self::new(reduced, laws, &[])
-    }
-
     /// Problem of a reduced model all of whose pairs follow `law`, excited by `amplitude` times its
     /// first unit load, in phase with the cosine of harmonic 1.
     pub fn uniform(reduced: ReducedModel, law: PairLaw, amplitude: f64) -> Self {

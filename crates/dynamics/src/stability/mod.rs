@@ -122,15 +122,6 @@ impl Stability {
             multiplier: None,
         }
     }
-
-    /// `Some(true)` if the motion is stable, `None` where it was not judged.
-    pub fn is_stable(&self) -> Option<bool> {
-        match self.verdict {
-            Verdict::Stable => Some(true),
-            Verdict::Unstable(_) => Some(false),
-            Verdict::NotJudged(_) => None,
-        }
-    }
 }
 
 /// Judges a periodic motion of `problem` about its static state that a force excites, as the balance of

@@ -159,10 +159,11 @@ impl FrequencySolver<'_> {
 impl Path<'_> {
     /// Solves laws sharper and sharper than the first, and the law itself.
     fn sharpen(&mut self, first: f64, work: &mut SolverWork) {
-        let [from, to, largest, least] = [first, SHARPEST, MOST_GROWTH, LEAST_GROWTH].map(f64::ln);
+        let [from, to, largest, least] =
+            [first, SHARPEST, MOST_GROWTH, LEAST_GROWTH].map(f64::log2);
         let mut steps = Homotopy::new(from, to, largest, least);
         while let Some(next) = steps.next() {
-            let sharpness = next.exp();
+            let sharpness = next.exp2();
             self.sharpness = Some(sharpness);
             let is_solved = self.solve(work);
             steps.record(is_solved);
