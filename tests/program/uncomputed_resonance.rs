@@ -1,6 +1,6 @@
 //! The largest amplitude that is left where the resonance failed is not reported as the peak.
 //!
-//! With five iterations for each attempt the reference model of 72 pairs converges beside its
+//! With three iterations for each attempt the reference model of 72 pairs converges beside its
 //! resonance, and not in it.
 
 use serde_json::Value;
@@ -16,9 +16,11 @@ const GRID: [&str; 4] = [
     "response.samples=64",
     "response.times_first_linear_mode=[0.96, 1.01]",
 ];
-const FEW: &str = "response.max_newton_iterations=5";
+const FEW: &str = "response.max_newton_iterations=3";
+/// With a smaller force so many are enough everywhere.
+const FEW_OF_A_STUDY: &str = "response.max_newton_iterations=4";
 /// Force at which the joint slips in its resonance, and one at which it hardly does.
-const FORCES: [&str; 2] = ["0.3", "0.1"];
+const FORCES: [&str; 2] = ["0.3", "0.05"];
 
 /// Response in summary.json, what was printed, and what was said.
 fn run(name: &str, force: &str, more: &[&str], code: i32) -> (Folder, Value, String, String) {
@@ -58,18 +60,18 @@ fn a_resonance_that_failed_has_no_peak_in_any_output() {
         assert!(response[figure].is_null(), "{figure}");
     }
     assert!(response["linear_peak_amplitude_m"].as_f64() > Some(0.0));
-    let words = "the resonance was not computed: no motion is known from 697.079 to 700.573 Hz";
+    let words = "the resonance was not computed: no motion is known from 693.585 to 704.067 Hz";
     has(&printed, words);
     has(
         &said,
-        "the resonance of tip was not computed & at 1 of 21 frequencies (698.826 Hz) no motion was found",
+        "the resonance of tip was not computed & at 5 of 21 frequencies (695.332 to 702.320 Hz) no motion was found",
     );
     let report = out.text("report.html");
     assert!(report.contains(&words.replacen('t', "T", 1)), "{report}");
     let picture = out.text("plots/response_tip.svg");
     for words in [
-        "resonance not computed, 697.079 to 700.573 Hz",
-        "1 point did not converge",
+        "resonance not computed, 693.585 to 704.067 Hz",
+        "5 points did not converge",
     ] {
         assert!(picture.contains(words), "{words}");
     }
@@ -83,7 +85,7 @@ fn a_resonance_that_failed_has_no_peak_in_any_output() {
 fn a_study_says_which_resonance_was_not_computed() {
     let folder = Folder::new("uncomputed_study");
     let scene = root().join("benches/peers/scene.toml");
-    let set: Vec<&str> = GRID.into_iter().chain([FEW]).collect();
+    let set: Vec<&str> = GRID.into_iter().chain([FEW_OF_A_STUDY]).collect();
     let study = format!(
         r#"
 name = "forces"
@@ -92,7 +94,7 @@ set = {set:?}
 quantities = ["peak_amplitude_m", "peak_ratio"]
 [[parameter]]
 key = "reduced_model.force_n"
-values = [0.05, {}, {}]
+values = [0.04, {}, {}]
 "#,
         FORCES[1], FORCES[0]
     );
@@ -103,7 +105,7 @@ values = [0.05, {}, {}]
         .args(["--jobs", "1", "--out"])
         .arg(folder.join("out"));
     let said = said_in_one_line(&ended(command, 3));
-    let words = "the resonance was not computed: no motion is known from 697.079 to 700.573 Hz";
+    let words = "the resonance was not computed: no motion is known from 693.585 to 702.320 Hz";
     has(&said, words);
     let out = folder.join("out");
     let table = rows(&out.join("table.csv"));
