@@ -170,8 +170,8 @@ def test_frequencies_that_did_not_converge_are_nan_and_the_verdict_raises():
 
 
 def test_a_resonance_that_failed_has_no_peak():
-    """With five iterations the resonance fails, and the frequencies next to it have motions."""
-    keys = {"times_first_linear_mode": [0.96, 1.01], "points": 21, "max_newton_iterations": 5}
+    """With three iterations the resonance fails, and the frequencies next to it have motions."""
+    keys = {"times_first_linear_mode": [0.96, 1.01], "points": 21, "max_newton_iterations": 3}
     scene = reduced_scene(**keys)
     del scene["response"]["frequency_hz"]
     scene["reduced_model"]["force_n"] = 0.3
