@@ -27,7 +27,7 @@ MARK = "dovetail::attempts] "
 
 class Row:
     def __init__(self):
-        self.tried = self.found = self.iterations = 0
+        self.tried = self.found = 0
         self.ms = self.lost_ms = 0.0
         self.of_found = []
 
@@ -43,7 +43,6 @@ def tally(lines, rows):
         row, is_found = rows[strategy], end == "Converged"
         row.tried += 1
         row.found += is_found
-        row.iterations += int(newton)
         row.ms += float(ms)
         row.lost_ms += 0 if is_found else float(ms)
         if is_found:

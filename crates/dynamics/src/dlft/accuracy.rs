@@ -334,10 +334,13 @@ impl<'a> Refinement<'a> {
     /// some levels there is none where the unknowns are many.
     fn level_above(&self, level: usize, first: usize) -> Option<usize> {
         let highest = self.highest();
+        if level >= highest {
+            return None;
+        }
         let doubled = self.level_of(doubled(self.harmonics(level)));
-        let above = doubled.clamp(level + 1, highest.max(level + 1));
-        let is_small = self.level(above.min(highest)).unknowns() <= MOST_SMALL_UNKNOWNS;
-        (above <= highest && (is_small || above <= first + MOST_LEVELS_UP)).then_some(above)
+        let above = doubled.clamp(level + 1, highest);
+        let is_small = self.level(above).unknowns() <= MOST_SMALL_UNKNOWNS;
+        (is_small || above <= first + MOST_LEVELS_UP).then_some(above)
     }
 
     /// Highest level that a frequency may be solved on.
@@ -426,18 +429,23 @@ impl<'a> Refinement<'a> {
         };
         let (solver, coarse) = (&check.solved.solver, motion.solution);
         let work_on_check = work.estimate_work(0);
-        if let Some(accuracy) = self.accuracy
-            && level < self.highest()
-        {
-            let corrected = estimate_by_correction(&check.solved, motion, work_on_check);
-            if (corrected.observed.iter()).any(|error| *error > FAR_OFF * accuracy) {
-                return corrected;
+        let mut corrected = None;
+        if let Some(accuracy) = self.accuracy.filter(|_| level < self.highest()) {
+            let estimate = estimate_by_correction(&check.solved, motion, work_on_check);
+            if estimate
+                .observed
+                .iter()
+                .any(|error| *error > FAR_OFF * accuracy)
+            {
+                return estimate;
             }
+            corrected = Some(estimate);
         }
-        match solver.finer_solution(coarse, motion.frequency_hz, work_on_check) {
-            Some(finer) => check.estimate(&finer, motion, work),
-            None => estimate_by_correction(&check.solved, motion, work.estimate_work(0)),
+        if let Some(finer) = solver.finer_solution(coarse, motion.frequency_hz, work_on_check) {
+            return check.estimate(&finer, motion, work);
         }
+        corrected
+            .unwrap_or_else(|| estimate_by_correction(&check.solved, motion, work.estimate_work(0)))
     }
 
     /// Returns `true` if this level has one harmonic, and most pairs slip or open: a linear step

@@ -195,6 +195,7 @@ impl<'a> Evaluator<'a> {
 }
 
 /// Jacobian J at one U.
+#[derive(Clone)]
 pub struct Jacobian {
     /// Pairs that do not stick throughout, and those with springs, ascending.
     pub active: Vec<usize>,

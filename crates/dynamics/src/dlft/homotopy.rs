@@ -6,14 +6,24 @@ pub(crate) const MOST_WAY_ITERATIONS: usize = 200;
 
 /// First coefficient of friction of a way to a higher one, and the largest and the least factor from one
 /// to the next. Where shear carries much of the load, pairs open at once under the full coefficient.
-pub(crate) const FIRST_FRICTION: f64 = 0.5;
+const FIRST_FRICTION: f64 = 0.5;
 const FRICTION_FACTORS: [f64; 2] = [4.0, 1.2];
 
 /// Steps of the logarithm of a coefficient of friction, from [`FIRST_FRICTION`], which is solved as well,
-/// up to the highest of all pairs.
-pub(crate) fn friction_steps(highest: f64) -> Homotopy {
+/// up to the highest of all pairs; `None` where that is not above the first.
+pub(crate) fn friction_steps(highest: f64) -> Option<Homotopy> {
     let [largest, least] = FRICTION_FACTORS.map(f64::ln);
-    Homotopy::new(FIRST_FRICTION.ln() - largest, highest.ln(), largest, least)
+    let steps = Homotopy::new(FIRST_FRICTION.ln() - largest, highest.ln(), largest, least);
+    (highest > FIRST_FRICTION).then_some(steps)
+}
+
+/// Upper limit of the coefficients of friction at a step; none at the last one.
+pub(crate) fn most_friction(step: f64, highest: f64) -> f64 {
+    if step < highest.ln() {
+        step.exp()
+    } else {
+        f64::INFINITY
+    }
 }
 
 /// Adaptive steps of a parameter. A step that leads to no solution is halved.

@@ -2,7 +2,7 @@
 //! (`dlft/linear_system.rs`), and by a factor of the Jacobian where GMRES finds no solution and the
 //! unknowns are few.
 
-use std::cell::{OnceCell, RefCell};
+use std::cell::OnceCell;
 use std::sync::Arc;
 
 use super::balance::{Balance, Evaluator, Jacobian};
@@ -48,19 +48,14 @@ pub struct Preconditioner {
 /// Jacobian at one point, for linear solves.
 pub(crate) struct Linearised {
     system: LinearSystem,
-    /// The whole Jacobian, where its unknowns are few and its factor was not needed yet.
-    jacobian: RefCell<Option<Jacobian>>,
+    /// The whole Jacobian, where its unknowns are few.
+    jacobian: Option<Jacobian>,
     /// Its factor with the border of the first solve, once it was needed.
     factor: OnceCell<FactoredJacobian>,
 }
 
 impl Linearised {
-    /// Returns `true` if there is a factor, or what to make it of.
-    fn has_factor(&self) -> bool {
-        self.factor.get().is_some() || self.jacobian.borrow().is_some()
-    }
-
-    /// Solves the system, with its border, by the factor. `None` where there is none, or where the
+    /// Solves the system, with its border, by the factor. `None` if the unknowns are many, or the
     /// Jacobian is singular.
     fn solve_exactly(
         &self,
@@ -68,14 +63,9 @@ impl Linearised {
         equations: Equations<'_>,
         x: &mut [f64],
     ) -> Option<()> {
-        if let Some(jacobian) = self.jacobian.take() {
-            let factor = FactoredJacobian::new(balance, jacobian, equations.border);
-            return self
-                .factor
-                .get_or_init(|| factor)
-                .solve(balance, equations, x);
-        }
-        self.factor.get()?.solve(balance, equations, x)
+        let jacobian = self.jacobian.as_ref()?;
+        let factored = || FactoredJacobian::new(balance, jacobian.clone(), equations.border);
+        (self.factor.get_or_init(factored)).solve(balance, equations, x)
     }
 }
 
@@ -197,7 +187,7 @@ impl Preconditioner {
         let unknowns = balance.unknowns_per_block() * linear.width();
         Linearised {
             system: linear,
-            jacobian: RefCell::new((unknowns <= MOST_FACTORED_UNKNOWNS).then_some(jacobian)),
+            jacobian: (unknowns <= MOST_FACTORED_UNKNOWNS).then_some(jacobian),
             factor: OnceCell::new(),
         }
     }
@@ -215,9 +205,9 @@ impl Preconditioner {
         if self.has_failed && linear.solve_exactly(balance, equations, x).is_some() {
             return GmresEnd::SOLVED;
         }
-        let most = match linear.has_factor() {
-            true => ITERATIONS_BESIDE_A_FACTOR,
-            false => MOST_KRYLOV_ITERATIONS,
+        let most = match linear.jacobian {
+            Some(_) => ITERATIONS_BESIDE_A_FACTOR,
+            None => MOST_KRYLOV_ITERATIONS,
         };
         let system = &linear.system;
         let end = self.solve_by_gmres(balance, system, equations, (scale, tolerance), most, x);

@@ -335,18 +335,10 @@ fn subtract_springs(omega2: &[f64], vectors: &Mat<f64>, rows: &[(usize, f64)]) -
 
 /// Modes with these rows of X on springs, N/m, and all others held.
 fn modes(reduced: &ReducedModel, rows: &[(usize, f64)]) -> Result<(Modes, usize), EigenError> {
-    let (n, m) = (rows.len(), reduced.omega2.len());
-    let stiffness = Mat::from_fn(n + m, n + m, |i, j| match (i < n, j < n) {
-        (true, true) if i == j => reduced.stiffness[(rows[i].0, rows[i].0)] + rows[i].1,
-        (true, true) => reduced.stiffness[(rows[i].0, rows[j].0)],
-        (false, false) if i == j => reduced.omega2[i - n],
-        _ => 0.0,
-    });
-    let mass = Mat::from_fn(n + m, n + m, |i, j| match (i < n, j < n) {
-        (true, true) => reduced.mass[(rows[i].0, rows[j].0)],
-        (true, false) => reduced.coupling[(rows[i].0, j - n)],
-        (false, true) => reduced.coupling[(rows[j].0, i - n)],
-        (false, false) => f64::from(u8::from(i == j)),
-    });
+    let free: Vec<usize> = rows.iter().map(|(row, _)| *row).collect();
+    let [mut stiffness, mass] = reduced.full_matrices(&free);
+    for (i, (_, spring_n_m)) in rows.iter().enumerate() {
+        stiffness[(i, i)] += spring_n_m;
+    }
     dense::modes_with_massless(stiffness.as_ref(), mass.as_ref())
 }

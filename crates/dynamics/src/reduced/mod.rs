@@ -101,6 +101,24 @@ impl ReducedModel {
         }
     }
 
+    /// Stiffness and mass on these relative displacements and on all stuck modes, which are dense. The
+    /// other displacements are held.
+    pub(crate) fn full_matrices(&self, free: &[usize]) -> [Mat<f64>; 2] {
+        let (n, size) = (free.len(), free.len() + self.omega2.len());
+        let stiffness = Mat::from_fn(size, size, |i, j| match (i < n, j < n) {
+            (true, true) => self.stiffness[(free[i], free[j])],
+            (false, false) if i == j => self.omega2[i - n],
+            _ => 0.0,
+        });
+        let mass = Mat::from_fn(size, size, |i, j| match (i < n, j < n) {
+            (true, true) => self.mass[(free[i], free[j])],
+            (true, false) => self.coupling[(free[i], j - n)],
+            (false, true) => self.coupling[(free[j], i - n)],
+            (false, false) => f64::from(u8::from(i == j)),
+        });
+        [stiffness, mass]
+    }
+
     /// Model of bodies that do not move while all pairs stick: no modes, otherwise like
     /// [`ReducedModel::new`].
     pub fn from_pair_matrices(stiffness: Mat<f64>, mass: Mat<f64>) -> Self {

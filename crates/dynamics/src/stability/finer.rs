@@ -26,7 +26,7 @@ pub(super) enum Finer {
     TooLarge,
 }
 
-/// Motion near `coarse` with about twice its harmonics, or half as many more.
+/// Motion near `coarse` with about twice its harmonics, or with half as many again.
 pub(super) fn finer(
     problem: &Problem,
     damping: Rayleigh,

@@ -2,8 +2,8 @@
 //!
 //! A perturbation grows by the Floquet multipliers in a period, the eigenvalues of the monodromy
 //! matrix. Its equations are linear from one change of a pair's status to the next. With y all
-//! displacements, x those of a pair, w its slider, k its springs and e the direction of its friction
-//! force:
+//! displacements, x the displacement of a pair, w its slider, k its springs and e the direction of its
+//! friction force:
 //!
 //! ```text
 //! M y'' + C y' + K y + sum lambda = 0
@@ -23,6 +23,7 @@
 //! A rigid pair that slips has springs and dashpots so stiff that they no longer matter. One that opens
 //! and lands is not judged: the law says nothing of its rebound.
 
+mod equations;
 mod finer;
 mod monodromy;
 mod passage;

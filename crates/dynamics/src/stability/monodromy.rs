@@ -2,33 +2,31 @@
 //! no pair changes its status and none turns its friction by much.
 
 use super::Reason;
+use super::equations::{Equations, add_outer};
 use super::passage::{Passage, Prediction, Turn};
 use crate::contact::coulomb::Contact;
 use crate::damping::Rayleigh;
+use crate::dlft::Orbit;
 use crate::dlft::eps::Eps;
 use crate::dlft::settings::EpsChoice;
-use crate::dlft::{CycleStatus, Orbit};
 use crate::problem::Problem;
 use crate::problem::dynamic_stiffness::ContactSystem;
-use crate::reduced::ReducedModel;
-use dovetail_numerics::dense::{Lu, eigenvalues, exponential, product, self_adjoint_eigen};
+use dovetail_numerics::dense::{Lu, eigenvalues, exponential, product};
 use dovetail_numerics::fourier::Fourier;
 use dovetail_numerics::vector::dot;
 use faer::{Mat, c64};
 use std::f64::consts::TAU;
 
-/// Frequency of the springs of a rigid pair over that of the pair itself and of the excitation.
+/// Ratio of the frequency of the springs of a rigid pair to the frequencies of the pair and the excitation.
 const RIGID: f64 = 100.0;
-/// Ratio of critical damping of the dashpots beside these springs.
+/// Ratio of critical damping of the dashpots that are parallel to these springs.
 const RIGID_DAMPING: f64 = 0.5;
-/// Most operations that a monodromy matrix may take: about half a minute.
+/// Largest number of operations for a monodromy matrix: about half a minute.
 const MOST_OPERATIONS: f64 = 5e10;
 /// Products of matrices in an exponential, about.
 const PRODUCTS: f64 = 20.0;
 /// Instants nearer than this, in samples, are one.
 const SAME_INSTANT: f64 = 1e-6;
-/// A mass below this fraction of the largest is none.
-const MASSLESS: f64 = 1e-12;
 
 /// Resolution of the known motion.
 #[derive(Debug, Clone, Copy)]
@@ -37,8 +35,8 @@ pub(super) struct Resolution {
     samples: usize,
     /// Stretches of a period in which a pair slips throughout.
     stretches: usize,
-    /// True if the force of springs follows from the displacement alone. What it does otherwise differs
-    /// by the harmonics that the balance leaves out.
+    /// True if the force of springs follows from the displacement. If it follows from the contact force
+    /// as well, it differs by the harmonics that the balance leaves out.
     by_displacement: bool,
     /// Factor on the eps that rigid pairs are predicted with.
     eps_scale: f64,
@@ -52,7 +50,7 @@ impl Resolution {
         by_displacement: true,
         eps_scale: 1.0,
     };
-    /// Half of it, with other predictions: what a verdict must not depend on.
+    /// Half of it, with other predictions. A verdict must not depend on them.
     pub(super) const COARSE: Self = Self {
         samples: 2048,
         stretches: 128,
@@ -94,141 +92,11 @@ pub(super) fn largest(
     }))
 }
 
-/// Equations of the bodies in coordinates of unit mass.
-struct Equations {
-    /// Stiffness, rad2/s2, and damping, 1/s, without the pairs that change.
-    stiffness: Mat<f64>,
-    damping: Mat<f64>,
-    /// Displacement (N, t1, t2) of each pair that changes by the coordinates, with its number.
-    changing: Vec<(usize, [Vec<f64>; 3])>,
-    /// Angular frequency of the excitation, rad/s.
-    omega: f64,
-    rayleigh: Rayleigh,
-}
-
-impl Equations {
-    fn new(problem: &Problem, damping: Rayleigh, orbit: &Orbit) -> Result<Self, Reason> {
-        let reduced = &problem.reduced;
-        let status = |pair: usize| orbit.cycles[pair].status;
-        let pairs = 0..problem.laws.len();
-        // What sticks on rigid flanks does not move.
-        let is_held =
-            |p: usize| status(p) == CycleStatus::Stuck && problem.laws[p].stiffness.is_none();
-        let [stiffness, mass, viscous] = matrices(problem, damping);
-        // Directions in which a pair has no unknowns stand for themselves, without mass.
-        let is_alone = |i: usize| {
-            let mut others = (0..stiffness.nrows()).filter(|j| *j != i);
-            mass[(i, i)] == 0.0 && others.all(|j| stiffness[(i, j)] == 0.0)
-        };
-        let free: Vec<usize> = (0..reduced.stiffness.nrows())
-            .filter(|i| !is_held(i / 3) && !is_alone(*i))
-            .chain(reduced.stiffness.nrows()..unknowns(reduced))
-            .collect();
-        let of_free =
-            |of: &Mat<f64>| Mat::from_fn(free.len(), free.len(), |i, j| of[(free[i], free[j])]);
-        let (masses, shapes) =
-            self_adjoint_eigen(of_free(&mass).as_ref()).ok_or(Reason::NotFound)?;
-        let heaviest = masses.last().copied().unwrap_or(1.0);
-        if masses
-            .first()
-            .is_some_and(|lightest| *lightest <= MASSLESS * heaviest)
-        {
-            return Err(Reason::Massless);
-        }
-        let unit = Mat::from_fn(free.len(), free.len(), |i, j| {
-            shapes[(i, j)] / masses[j].sqrt()
-        });
-        let of_unit = |of: &Mat<f64>| {
-            let half = product(unit.transpose(), of_free(of).as_ref());
-            product(half.as_ref(), unit.as_ref())
-        };
-        let row = |unknown: usize| -> Vec<f64> {
-            match free.iter().position(|i| *i == unknown) {
-                Some(i) => unit.row(i).iter().copied().collect(),
-                None => vec![0.0; free.len()],
-            }
-        };
-        let rows = |p: usize| [0, 1, 2].map(|c| row(3 * p + c));
-        let mut equations = Self {
-            stiffness: of_unit(&stiffness),
-            damping: of_unit(&viscous),
-            changing: Vec::new(),
-            omega: TAU * orbit.frequency_hz,
-            rayleigh: damping,
-        };
-        for pair in pairs {
-            match (status(pair), problem.laws[pair].stiffness) {
-                (CycleStatus::Open, _) | (CycleStatus::Stuck, None) => {}
-                (CycleStatus::Stuck, Some(springs)) => {
-                    let [n, t1, t2] = rows(pair);
-                    for (k, row) in [
-                        (springs.normal_n_m, n),
-                        (springs.tangential_n_m, t1),
-                        (springs.tangential_n_m, t2),
-                    ] {
-                        add_outer(&mut equations.stiffness, [0, 0], k, &row, &row);
-                    }
-                }
-                _ => equations.changing.push((pair, rows(pair))),
-            }
-        }
-        Ok(equations)
-    }
-
-    /// Number of coordinates.
-    fn size(&self) -> usize {
-        self.stiffness.nrows()
-    }
-}
-
-/// Number of displacements of pairs and modes.
-fn unknowns(reduced: &ReducedModel) -> usize {
-    reduced.stiffness.nrows() + reduced.omega2.len()
-}
-
-/// Stiffness, mass and damping on the displacements of pairs and the modes.
-fn matrices(problem: &Problem, damping: Rayleigh) -> [Mat<f64>; 3] {
-    let reduced = &*problem.reduced;
-    let (n, size) = (reduced.stiffness.nrows(), unknowns(reduced));
-    let mut stiffness = Mat::<f64>::zeros(size, size);
-    let mut mass = Mat::<f64>::identity(size, size);
-    for j in 0..n {
-        for i in 0..n {
-            stiffness[(i, j)] = reduced.stiffness[(i, j)];
-            mass[(i, j)] = reduced.mass[(i, j)];
-        }
-    }
-    for (m, omega2) in reduced.omega2.iter().enumerate() {
-        stiffness[(n + m, n + m)] = *omega2;
-        for i in 0..n {
-            mass[(i, n + m)] = reduced.coupling[(i, m)];
-            mass[(n + m, i)] = reduced.coupling[(i, m)];
-        }
-    }
-    let mut viscous = Mat::from_fn(size, size, |i, j| {
-        damping.stiffness_s * stiffness[(i, j)] + damping.mass_per_s * mass[(i, j)]
-    });
-    for (c, load) in problem.additional_damping(reduced.harmonic_model(0), damping) {
-        let weights = [load.on_x, load.on_modes].concat();
-        add_outer(&mut viscous, [0, 0], c, &weights, &weights);
-    }
-    [stiffness, mass, viscous]
-}
-
-/// Adds `factor` times a column times a row to the block that begins at `corner`.
-fn add_outer(to: &mut Mat<f64>, corner: [usize; 2], factor: f64, column: &[f64], row: &[f64]) {
-    for (j, r) in row.iter().enumerate().filter(|(_, r)| **r != 0.0) {
-        for (i, c) in column.iter().enumerate() {
-            to[(corner[0] + i, corner[1] + j)] += factor * c * r;
-        }
-    }
-}
-
 /// Pair that changes its status or slips.
 struct ChangingPair {
     /// Displacement (N, t1, t2) by the coordinates, in units in which the pair has the mass 1.
     rows: [Vec<f64>; 3],
-    /// Springs, normal and tangential, rad2/s2, and dashpots beside them, 1/s.
+    /// Springs, normal and tangential, rad2/s2, and parallel dashpots, 1/s.
     springs: [f64; 2],
     dashpots: [f64; 2],
     friction: f64,
@@ -267,7 +135,7 @@ impl<'a> Motion<'a> {
         let eps = Eps::new(EpsChoice::Dynamic);
         let eps = eps.values(&system, equations.omega, orbit.harmonics);
         let changing = equations.changing.iter();
-        let pairs: Vec<ChangingPair> = changing
+        let mut pairs: Vec<ChangingPair> = changing
             .map(|(number, rows)| {
                 let law = &problem.laws[*number];
                 let eps = [0, 1].map(|c| resolution.eps_scale * eps[3 * number + c]);
@@ -284,7 +152,6 @@ impl<'a> Motion<'a> {
                 pair
             })
             .collect();
-        let mut pairs = pairs;
         let reversals = pass_reversals(&mut pairs, equations, problem, orbit, fourier);
         let samples = fourier.samples();
         let unit = pairs
@@ -372,7 +239,7 @@ impl<'a> Motion<'a> {
 struct Reversal {
     /// Instant, in samples.
     instant: f64,
-    /// Velocity of the pair by those of the coordinates.
+    /// Velocity of the pair by the velocities of the coordinates.
     row: Vec<f64>,
     /// Jump of the accelerations of the coordinates over the acceleration of the pair before it.
     jump: Vec<f64>,
@@ -386,9 +253,8 @@ impl Reversal {
     /// Applies the reversal to the velocities in the rows of a matrix.
     fn pass_over(&self, matrix: &mut Mat<f64>) {
         let n = self.row.len();
-        for column in matrix.col_iter_mut() {
+        for mut column in matrix.col_iter_mut() {
             let velocity: f64 = (0..n).map(|i| self.row[i] * column[n + i]).sum();
-            let mut column = column;
             for (i, jump) in self.jump.iter().enumerate() {
                 column[n + i] += jump * velocity;
             }
@@ -451,7 +317,7 @@ fn reversal(rows: &[Vec<f64>; 3], turn: &Turn, held: &[&Vec<f64>]) -> Option<Rev
         .zip(t2)
         .map(|(t1, t2)| turn.along[0] * t1 + turn.along[1] * t2)
         .collect();
-    // Accelerations by a force on the pair, of which what is held bears a part.
+    // Accelerations by a force on the pair. The rigid contact of other pairs bears a part of it.
     let count = held.len();
     let inner = Mat::from_fn(count, count, |i, j| dot(held[i], held[j]));
     let mut shares: Vec<f64> = held.iter().map(|h| dot(h, &row)).collect();
@@ -539,7 +405,7 @@ impl ChangingPair {
             .collect()
     }
 
-    /// Adds what the pair does at a sample to the rates of the states, in units of frequency `unit`; `n`
+    /// Adds the forces of the pair at a sample to the rates of the states, in units of frequency `unit`; `n`
     /// is the number of coordinates.
     fn add_rates(&self, rates: &mut Mat<f64>, n: usize, unit: f64, sample: usize) {
         let springs = self.springs.map(|k| -k / (unit * unit));
@@ -580,8 +446,8 @@ impl ChangingPair {
         add_outer(rates, [memory, memory], -forgets, &across, &across);
     }
 
-    /// Applies the end of what the pair did at a sample, and the beginning of what it does at another,
-    /// to the states in the rows of a matrix. `change` is the sample of the interval between them.
+    /// Applies a change of status, from the status at one sample to the status at another, to the states
+    /// in the rows of a matrix. `change` is the sample of the interval between them.
     fn pass_over(&self, matrix: &mut Mat<f64>, n: usize, [before, change, now]: [usize; 3]) {
         let Some(memory) = self.memory else {
             return;

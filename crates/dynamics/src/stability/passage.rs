@@ -35,7 +35,7 @@ impl Prediction {
         }
     }
 
-    /// Prediction of springs, normal and tangential, N/m, which follows from the displacement alone.
+    /// Prediction of springs, normal and tangential, N/m, which follows from the displacement only.
     pub(super) fn of_springs(law: &PairLaw, springs: [f64; 2]) -> Self {
         Self {
             law: law.of_springs(springs),
@@ -138,7 +138,7 @@ impl Passage {
             }
             let normal = &signals.prediction[0];
             let at = normal[before] / (normal[before] - normal[n]);
-            // Within the interval, so that an instant tells which one it is of.
+            // Inside the interval: an instant then belongs to one interval only.
             self.changes_at[n] = if at.is_finite() {
                 at.clamp(1e-3, 0.999)
             } else {
@@ -156,7 +156,7 @@ impl Passage {
         self.contact.len()
     }
 
-    /// Sample whose status the pair has at an instant, in samples, that is no change.
+    /// Sample whose status the pair has at an instant, in samples, between two changes.
     pub(super) fn sample_at(&self, instant: f64) -> usize {
         let samples = self.samples();
         let end = instant.ceil();

@@ -1,5 +1,5 @@
-//! Multipliers beside closed forms, and beside differences of the map of a period, which a plain
-//! integration of springs with sliders computes.
+//! Multipliers compared with closed forms, and with differences of the map of a period by a plain
+//! integration of springs with sliders.
 
 use super::*;
 use crate::contact::PairLaw;
@@ -38,7 +38,7 @@ impl Mass {
         Problem::new(model, vec![self.law], &[Excitation::cosine(1.0), sine])
     }
 
-    /// Orbit of so many harmonics, and its stability.
+    /// Orbit with this number of harmonics, and its stability.
     fn judged(&self, harmonics: usize) -> (Orbit, Stability) {
         let (_, orbit, stability) = self.solved(harmonics);
         (orbit, stability)
@@ -96,7 +96,7 @@ impl Mass {
         rates
     }
 
-    /// State (x, v, slider) a period later, by the method of Runge and Kutta with so many steps.
+    /// State (x, v, slider) a period later, by the method of Runge and Kutta in a number of steps.
     fn period(&self, mut z: [f64; 8], steps: usize) -> [f64; 8] {
         let h = TAU / self.omega / steps as f64;
         for n in 0..steps {
@@ -335,7 +335,7 @@ fn rigid_friction_takes_its_share_of_the_velocity_where_it_turns() {
     let turn = instants.max_by(|a, b| at(*a).total_cmp(&at(*b))).unwrap();
     let without = turn.cos() - at(turn);
     let kept = (without + 0.2) / (without - 0.2);
-    // Two half periods: the free vibration, and what is left of the velocity.
+    // Two half periods: the free vibration, and the remaining velocity.
     let (s, c) = (PI / mass.omega).sin_cos();
     let mut half = Mat::from_fn(2, 2, |i, j| if i == j { c } else { 0.0 });
     (half[(0, 1)], half[(1, 0)]) = (s, -s * kept);

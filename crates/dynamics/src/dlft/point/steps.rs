@@ -3,7 +3,7 @@
 
 use super::{FrequencySolver, Neighbour, Solution, SolverWork, resized};
 use crate::dlft::balance::Balance;
-use crate::dlft::homotopy::{FIRST_FRICTION, Homotopy, MOST_WAY_ITERATIONS, friction_steps};
+use crate::dlft::homotopy::{Homotopy, MOST_WAY_ITERATIONS, friction_steps, most_friction};
 use crate::dlft::retention::Mean;
 use dovetail_numerics::nonlinear::NewtonOptions;
 
@@ -59,17 +59,10 @@ impl FrequencySolver<'_> {
         work: &mut SolverWork,
     ) -> Option<Solution> {
         let highest = self.highest_friction();
-        if highest <= FIRST_FRICTION {
-            return None;
-        }
-        let steps = friction_steps(highest);
+        let steps = friction_steps(highest)?;
         let at = |log: f64| {
             let mut balance = self.balance(frequency_hz, mean)?;
-            balance.most_friction = if log < highest.ln() {
-                log.exp()
-            } else {
-                f64::INFINITY
-            };
+            balance.most_friction = most_friction(log, highest);
             Some(balance)
         };
         let start = self.static_start();

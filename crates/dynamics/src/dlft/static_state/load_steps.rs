@@ -4,7 +4,7 @@ use super::PairsAtRest;
 use super::load_path::LoadPath;
 use super::system::StaticSystem;
 use crate::contact::coulomb::Contact;
-use crate::dlft::homotopy::{FIRST_FRICTION, friction_steps};
+use crate::dlft::homotopy::{friction_steps, most_friction};
 use crate::dlft::retention::Holding;
 use crate::dlft::{Outcome, StaticState};
 use crate::problem::{Problem, tangential};
@@ -198,17 +198,10 @@ fn grow_friction(
 ) -> Option<NewtonEnd> {
     let full = system.friction();
     let highest = full.iter().copied().fold(0.0, f64::max);
-    if highest <= FIRST_FRICTION {
-        return None;
-    }
-    let mut steps = friction_steps(highest);
+    let mut steps = friction_steps(highest)?;
     let (mut iterations, mut solved_most) = (0, None);
     while let Some(next) = steps.next() {
-        let most = if next < highest.ln() {
-            next.exp()
-        } else {
-            f64::INFINITY
-        };
+        let most = most_friction(next, highest);
         let mut y = x.clone();
         if let Some(solved) = solved_most {
             system.most_friction = solved;
