@@ -206,7 +206,11 @@ impl Error for RunFailure {
 
 impl Diagnostic for RunFailure {
     fn severity(&self) -> Option<Severity> {
-        matches!(self.0, run::Error::NotConverged { .. }).then_some(Severity::Warning)
+        let is_complete = matches!(
+            self.0,
+            run::Error::NotConverged { .. } | run::Error::UnstablePeak { .. }
+        );
+        is_complete.then_some(Severity::Warning)
     }
 
     fn help<'a>(&'a self) -> Option<Box<dyn fmt::Display + 'a>> {
@@ -346,6 +350,12 @@ fn remedy(error: &run::Error) -> Option<&'static str> {
              frequency (response.points), or the default response.eps = \"dynamic\" with \
              eps_scale = 1 may help"
         }
+        run::Error::UnstablePeak { .. } => {
+            "the largest stable amplitude and the range that an integration in time reached are in the \
+             warning above and in summary.json (response.peak_stability); \
+             `dovetail verify --perturb 0.01` integrates for longer; more damping or less excitation \
+             may make the peak stable"
+        }
         run::Error::Fem(FemError::LooselyHeld { .. })
         | run::Error::NodalDiameter {
             source: ReductionError::NotHeld { .. },
@@ -426,7 +436,7 @@ fn run_status(error: &run::Error) -> ExitStatus {
         | Error::NoWear
         | Error::NoAreas
         | Error::NoRotation => ExitStatus::BadInput,
-        Error::NotConverged { .. } => ExitStatus::NotConverged,
+        Error::NotConverged { .. } | Error::UnstablePeak { .. } => ExitStatus::NotConverged,
         _ => ExitStatus::Failed,
     }
 }

@@ -10,7 +10,7 @@ pub enum ExitStatus {
     /// The command line, the scene or the study is wrong.
     BadInput = 2,
     /// Everything was computed and written, but some frequencies, or cases of a study, did not
-    /// converge.
+    /// converge, or a peak is unstable.
     NotConverged = 3,
     /// Ctrl-C or SIGTERM ended the command. The solved frequencies are written.
     Interrupted = 130,

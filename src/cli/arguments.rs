@@ -22,7 +22,8 @@ use dovetail_solver::run::{ModeChoice, Verification};
 
 const EXIT_CODES: &str = "\
 Exit codes:
-  0, 3  done; 3 where some frequencies or cases of a study did not converge
+  0  done
+  3  done, but some frequencies or cases did not converge, or a peak is unstable
   1  a computation failed, or a file could not be read or written
   2  the command line, the scene or its mesh is wrong
   130  ended by Ctrl-C or SIGTERM; run, peaks, curve, wear go on with --resume";

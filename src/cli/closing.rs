@@ -66,9 +66,13 @@ fn one_line(summary: &Summary, peaks: &[NamedPeak<'_>]) -> String {
         });
         let error = peak.error_words();
         let error = error.map_or(String::new(), |words| format!(", {words},"));
+        let unstable = match peak.is_unstable() {
+            true => ", unstable",
+            false => "",
+        };
         let (name, hz) = (&observed.name, figure(hz, 6));
         Some(format!(
-            "{name}: peak {amplitude}{error} at {hz} Hz{linear}; "
+            "{name}: peak {amplitude}{error} at {hz} Hz{unstable}{linear}; "
         ))
     };
     let run_up = run_up_words(response).map_or(String::new(), |words| format!(" {words}"));
@@ -142,7 +146,11 @@ fn lines(
         }
         text += &not_computed.map_or(String::new(), |words| row("", &words));
         let states = peak.counts().map(cycle_counts);
-        for words in peak.loss_words().into_iter().chain(states) {
+        let stability = peak.stability_words();
+        for words in (peak.loss_words().into_iter())
+            .chain(states)
+            .chain(stability)
+        {
             text += &row("", &words);
         }
         let contacts = peak.peak_contacts.iter();

@@ -196,7 +196,11 @@ fn table(asked: &AskedCurve, found: &ParameterCurve) -> String {
             words(ratio),
             words(loss_factor(orbit)),
             orbit.counts().opening,
-            if stable[i] { "stable" } else { "unstable" },
+            match stable[i] {
+                Some(true) => "stable",
+                Some(false) => "unstable",
+                None => "not judged",
+            },
         );
     }
     for fold in folds(response) {

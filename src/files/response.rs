@@ -125,7 +125,7 @@ impl RunFiles {
         csv::write_contact(&self.folder.out.file(CONTACT)?, pairs, &partial)?;
         let first = own.observed.first().map(|first| first.name.as_str());
         let along = self.scene.response.along_engine_order;
-        let summary = manifest::response_summary(pairs, first, &partial, along);
+        let summary = manifest::response_summary(pairs, first, &partial, along, &[]);
         let summary = match own.untried_hz() {
             Some(untried_hz) => summary.without_peaks(untried_hz),
             None => summary,
@@ -147,7 +147,7 @@ impl RunFiles {
         let summary = &mut self.figures.summary;
         summary.response = Some(ResponseSummary {
             traction_range: found.tractions.as_ref().and_then(manifest::traction_range),
-            ..manifest::response_summary(&reduced.pairs, first, response, along)
+            ..manifest::response_summary(&reduced.pairs, first, response, along, &found.departures)
         });
         if let Some(truncation) = &mut summary.truncation {
             truncation.modes_reach = found.modes_reach;

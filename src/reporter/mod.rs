@@ -15,6 +15,7 @@ mod line;
 mod maps;
 mod mistakes;
 mod model;
+mod stability;
 mod stress;
 mod units;
 

@@ -9,7 +9,7 @@ use super::kinds::Limits;
 use super::raw::Located;
 use dovetail_mesh::units::Units;
 use dovetail_solver::dlft::eps::Eps;
-use dovetail_solver::dlft::settings::{EpsChoice, Resolution, Solver};
+use dovetail_solver::dlft::settings::{EpsChoice, Resolution, Solver, StabilityScope};
 use dovetail_solver::dlft::static_state::LoadPath;
 use dovetail_solver::dlft::sweep::SweepSettings;
 use dovetail_solver::model::{ContactLaw, Gap, Prestress, Sector, Side};
@@ -671,6 +671,11 @@ section! {
             "`\"newton_krylov\"` or `\"powell\"`, the paper's; the latter is dense: small models \
              only",
             "\"newton_krylov\"";
+        stability: Choice(StabilityScope::VARIANTS), "`\"peaks\"`",
+            "motions whose [stability](method.md#stability) is judged by their Floquet multipliers: \
+             `\"peaks\"` peaks, turning points, the ends of the range, and every motion of a model \
+             with at most 12 pairs; `\"every_point\"`; `\"none\"`",
+            "\"every_point\"";
         stuck_modes: Whole(Some(1), Some(10_000)), "as many as are needed",
             "stuck modes kept; without the key those below four times the highest frequency of a \
              kept harmonic, at least 12 and at most 48, and more where the estimated error of the \

@@ -100,6 +100,7 @@ fn summary(run: &Run) -> Summary {
             Some("tip"),
             &run.response,
             None,
+            &[],
         )),
         observations: manifest::observation_summaries(&run.model),
         ..Summary::default()
@@ -279,7 +280,7 @@ fn a_point_that_did_not_converge_has_its_outcome_and_no_result() {
         .to_owned();
     assert!(
         header.starts_with(
-            "point,branch,stable,frequency_hz,outcome,tip_amplitude_m,tip_linear_amplitude_m,rim_"
+            "point,branch,periods,stable,frequency_hz,outcome,tip_amplitude_m,tip_linear_amplitude_m,rim_"
         ),
         "{header}"
     );
@@ -289,8 +290,11 @@ fn a_point_that_did_not_converge_has_its_outcome_and_no_result() {
         let kept = [
             "point",
             "branch",
-            // Empty on a grid.
-            "stable",
+            "periods",
+            // Nobody asked for their stability.
+            "instability",
+            "floquet_multiplier",
+            "floquet_argument_rad",
             "newton_iterations",
             "krylov_iterations",
             "frequency_hz",

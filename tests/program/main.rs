@@ -65,6 +65,7 @@ mod scene_set;
 mod several_bodies;
 mod small_displacements;
 mod springs;
+mod stability;
 mod stacked_blocks;
 mod starting_tractions;
 mod strain_gauge;

@@ -14,7 +14,7 @@ use dovetail_testkit::folder::root;
 
 /// Largest number of public items of a package: functions, types, traits, constants and modules,
 /// without fields, variants and re-exports.
-const MOST: [(&str, usize); 3] = [("dynamics", 341), ("structure", 222), ("solver", 263)];
+const MOST: [(&str, usize); 3] = [("dynamics", 350), ("structure", 222), ("solver", 266)];
 
 /// Words that begin a public item.
 const ITEMS: [&str; 10] = [

@@ -7,11 +7,11 @@ use serde::{Serialize, Serializer};
 use super::colours::{CurveKind, STATES};
 use crate::words::{counted, figure, quantity_in_prefix, seven_digits, supported_digits};
 use dovetail_solver::description::EngineOrder;
-use dovetail_solver::dlft::branch::{sections, stable};
+use dovetail_solver::dlft::branch::{sections, stable_in_drawing};
 use dovetail_solver::dlft::{CycleStatus, LinearPoint, Orbit, Outcome, Response};
 use dovetail_solver::reduced::ObservedQuantity;
 use dovetail_solver::results::peak::{Peak, linear_peak, peak, uncomputed_resonance};
-use dovetail_solver::results::quantities::{friction_power_w, phasors};
+use dovetail_solver::results::quantities::{at_excitation_frequency, friction_power_w, phasors};
 use dovetail_solver::run::{Observed, TractionRange};
 
 /// Ratio of the linear peak to the highest value with friction above which the axis is scaled to
@@ -240,7 +240,23 @@ impl Sweep<'_> {
             ObservedQuantity::Displacement => format!("amplitude of {}", observed.name),
             ObservedQuantity::Strain => format!("amplitude of strain {}", observed.name),
         };
-        let before = std::iter::once(linear).chain(self.traction_range(i));
+        let doubled = self.response.two_periods.iter().map(|branch| {
+            let orbits = branch
+                .orbits
+                .iter()
+                .map(|orbit| at_excitation_frequency(orbit).0);
+            let branch = Response {
+                orbits: orbits.collect(),
+                ..branch.clone()
+            };
+            let label = "with two periods".to_owned();
+            curve(label, CurveKind::Compared, &branch, |o| {
+                Point::from_orbit(o, |o| o.observed_amplitude.get(i).copied())
+            })
+        });
+        let before = std::iter::once(linear)
+            .chain(self.traction_range(i))
+            .chain(doubled.flat_map(split_unstable));
         Curves {
             not_computed_hz: uncomputed_resonance(self.response, i),
             ..self.curves(quantity, unit, before, &of_response)
@@ -418,7 +434,7 @@ fn curve(
 /// they are counts.
 fn points_of(response: &Response, is_smooth: bool, point: impl Fn(&Orbit) -> Point) -> Vec<Point> {
     let mut points: Vec<Point> = Vec::with_capacity(response.orbits.len());
-    let stable = stable(response);
+    let stable = stable_in_drawing(response);
     let mut stable_after = vec![true; response.orbits.len()];
     for section in sections(response).iter().filter(|s| !s.is_stable) {
         let Range { start, end } = section.points;
@@ -524,6 +540,12 @@ fn unstable_between_turns(points: &mut [Point]) {
         let direction = (hz(&fold) - hz(&from)).signum();
         let farther = |a: &usize, b: &usize| (direction * hz(a)).total_cmp(&(direction * hz(b)));
         let turn = (from..=to).max_by(farther).unwrap_or(fold);
+        // Stability is also lost where the curve does not turn back.
+        let turn = if turn == from || turn == to {
+            fold
+        } else {
+            turn
+        };
         for point in points.iter_mut().take(turn).skip(fold) {
             point.is_stable = before;
         }

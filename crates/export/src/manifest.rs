@@ -7,6 +7,7 @@ mod curve;
 mod mesh;
 mod peak;
 mod response;
+mod stability;
 mod static_state;
 mod stress;
 mod verification;
@@ -24,6 +25,7 @@ pub use self::response::{
     FrettingSummary, ResponseSummary, TractionRangeSummary, fretting_summary, response_summary,
     traction_range,
 };
+pub use self::stability::{BifurcationSummary, DepartureSummary, PeakStability, TwoPeriodsSummary};
 pub use self::static_state::{ContactSummary, StaticSummary, static_summary};
 pub use self::stress::{PlaceSummary, RankedBy, StressSummary, stress_summary};
 pub use self::verification::{VerificationSummary, verification_summary};

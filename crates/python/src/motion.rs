@@ -16,7 +16,7 @@ use dovetail_solver::dlft::{Orbit, PairCycle, PairErrors, Response, StaticState}
 use dovetail_solver::results::quantities::loss_factor;
 use dovetail_solver::results::recovery::NodalField;
 use dovetail_solver::results::signals::pair_signals;
-use dovetail_solver::stability::judge;
+use dovetail_solver::stability::{Stability, judge};
 
 /// Damping and static state of a motion.
 pub type About = (Rayleigh, Arc<StaticState>);
@@ -392,10 +392,13 @@ impl PyMotion {
         self.orbit().retention_n
     }
 
-    /// Stability of the motion, by its largest Floquet multiplier. It is computed when it is asked for,
-    /// and takes some hundred products of matrices of twice the number of unknowns. A motion of a
-    /// `Balance` or of a search for peaks, and a wave round a disc, are not judged.
+    /// Stability of the motion, by its largest Floquet multiplier. Where the response did not judge the
+    /// motion, it is judged now. The motion of a `Balance` is not judged.
     fn stability(&self, py: Python<'_>) -> PyResult<PyStability> {
+        let known = self.orbit().stability;
+        if known != Stability::default() {
+            return Ok(known.into());
+        }
         let Some((damping, state)) = &self.about else {
             return Ok(PyStability::not_judged("its damping is not known here"));
         };

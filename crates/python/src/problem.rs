@@ -4,6 +4,7 @@ use std::f64::consts::FRAC_PI_2;
 use std::path::PathBuf;
 use std::str::FromStr;
 use std::sync::{Arc, Mutex, OnceLock};
+use std::time::Instant;
 
 use faer::Mat;
 use numpy::{PyArray1, PyArray2};
@@ -28,7 +29,7 @@ use dovetail_solver::dlft::demand;
 use dovetail_solver::dlft::eps::Eps;
 use dovetail_solver::dlft::one_balance::{OneBalanceSettings, one_balance};
 use dovetail_solver::dlft::retention::Mean;
-use dovetail_solver::dlft::settings::{EpsChoice, Resolution};
+use dovetail_solver::dlft::settings::{EpsChoice, Resolution, StabilityScope};
 use dovetail_solver::dlft::static_state::{CRITERIA, LoadPath, static_state};
 use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
 use dovetail_solver::dlft::{Response, StaticState};
@@ -713,12 +714,14 @@ impl PyProblem {
     /// period, by default 128 or 4 (H + 1); `accuracy` asks for as many harmonics as keep the
     /// estimated error of the amplitudes below it, in their place. `eps` is the parameter of the
     /// method (`"dynamic"`, `"pair"` or `"spectral_radius"`), times `eps_scale`. `solver` is
-    /// `"newton_krylov"` or `"powell"`. `damping` takes the place of that of the problem.
+    /// `"newton_krylov"` or `"powell"`. `damping` takes the place of that of the problem. `stability`
+    /// chooses the motions whose stability is judged: `"peaks"` (peaks, turning points and ends; every
+    /// motion with at most 12 pairs), `"every_point"` or `"none"`.
     #[pyo3(signature = (
         frequencies_hz, *, harmonics=None, samples=None, accuracy=None, follow=false, damping=None,
         eps="dynamic", eps_scale=1.0, tolerance=None, max_newton_iterations=60,
         solver="newton_krylov", slip_threshold_m=None, most_seconds_per_frequency=None,
-        progress=None
+        stability="peaks", progress=None
     ))]
     #[expect(clippy::too_many_arguments, reason = "they are keywords of Python")]
     fn response(
@@ -737,6 +740,7 @@ impl PyProblem {
         solver: &str,
         slip_threshold_m: Option<f64>,
         most_seconds_per_frequency: Option<f64>,
+        stability: &str,
         progress: Option<Bound<'_, PyAny>>,
     ) -> PyResult<PyResponse> {
         let frequencies_hz = frequencies_of(frequencies_hz)?;
@@ -772,6 +776,7 @@ impl PyProblem {
         settings.slip_threshold_m = positive("slip_threshold_m", slip_threshold_m)?;
         settings.most_seconds = positive("most_seconds_per_frequency", most_seconds_per_frequency)?;
         settings.solver = choice_of("solver", solver)?;
+        let scope = choice_of::<StabilityScope>("stability", stability)?;
         let state = self.usable_state(py)?;
         let damping = self.rayleigh(py, damping, &state)?;
         let most = resolution.most_harmonics();
@@ -786,7 +791,7 @@ impl PyProblem {
         self.fits(py, &settings, most)?;
         let progress = progress.unwrap_or_else(|| PyBool::new(py, true).to_owned().into_any());
         let (response, _) = watched(py, Some(&progress), |wire| {
-            self.solve(&settings, (damping, &state), follow, &wire)
+            self.solve(&settings, (damping, &state), (follow, scope), &wire)
         })?;
         Ok(PyResponse::new(
             response,
@@ -869,7 +874,7 @@ impl PyProblem {
         &self,
         settings: &SweepSettings,
         (damping, state): (Rayleigh, &StaticState),
-        follows: bool,
+        (follows, scope): (bool, StabilityScope),
         wire: &crate::running::Wire,
     ) -> Response {
         let solve = if follows { follow } else { sweep };
@@ -879,6 +884,7 @@ impl PyProblem {
         } else {
             settings.frequencies_hz.len()
         };
+        let begun = Instant::now();
         wire.start_bar(if follows { "points" } else { "frequencies" }, steps);
         let mut response = solve(self.problem(), damping, state, settings, &[], &|told| {
             wire.on_progress(told);
@@ -887,6 +893,19 @@ impl PyProblem {
         if let Some(pairs) = &self.subject.pairs {
             ShorterSides::new(pairs).judge_response(&mut response);
         }
+        let judged = run::Judged {
+            problem: self.problem(),
+            damping,
+            state,
+            scope,
+        };
+        let named_hz = if follows {
+            &settings.frequencies_hz[..]
+        } else {
+            &[]
+        };
+        let until = Some(Instant::now() + begun.elapsed());
+        judged.judge_response(&mut response, named_hz, settings, until);
         response
     }
 }

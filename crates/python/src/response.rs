@@ -12,7 +12,7 @@ use crate::errors;
 use crate::motion::{About, PyMotion};
 use crate::subject::ResultSubject;
 use dovetail_solver::dlft::branch::stable;
-use dovetail_solver::dlft::{CycleCounts, LinearPoint, Orbit, Response};
+use dovetail_solver::dlft::{Bifurcation, CycleCounts, LinearPoint, Orbit, Response};
 use dovetail_solver::results::peak::{
     Peak, largest_amplitude, linear_peak, peak, uncomputed_resonance,
 };
@@ -236,11 +236,56 @@ impl PyResponse {
         vector(py, self.orbits().iter().map(of).collect())
     }
 
-    /// False between two folds of a branch, where motions are unstable, (points,). No other loss of
-    /// stability is seen: `Motion.stability()` judges one motion by its Floquet multipliers.
+    /// True for a stable motion, False for an unstable one, None where it is not known, (points,): by
+    /// the Floquet multipliers of each judged motion, else False between two folds of a branch.
     #[getter]
-    fn stable<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<bool>> {
-        vector(py, stable(&self.response))
+    fn stable(&self) -> Vec<Option<bool>> {
+        stable(&self.response)
+    }
+
+    /// Kind of the instability of each point: `real`, `period_doubling` or `neimark_sacker`; None
+    /// where the motion was not judged unstable.
+    #[getter]
+    fn instability(&self) -> Vec<Option<String>> {
+        let kinds = self.orbits().iter().map(|orbit| orbit.stability.kind());
+        kinds
+            .map(|kind| kind.map(|kind| kind.to_string()))
+            .collect()
+    }
+
+    /// Largest Floquet multiplier of each point, (points,); NaN where none was computed.
+    #[getter]
+    fn floquet_multiplier<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<Complex64>> {
+        let nothing = Complex64::new(f64::NAN, f64::NAN);
+        let of = |orbit: &Orbit| match orbit.stability.multiplier {
+            Some(m) => Complex64::new(m.re, m.im),
+            None => nothing,
+        };
+        vector(py, self.orbits().iter().map(of).collect())
+    }
+
+    /// Changes of stability along the curve that are no turning points: dictionaries with `after` (the
+    /// point before the change), `frequency_hz`, `amplitude_m` (observations,) and `kind`.
+    #[getter]
+    fn bifurcations<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyDict>>> {
+        let one = |found: &Bifurcation| {
+            let entry = PyDict::new(py);
+            entry.set_item("after", found.after)?;
+            entry.set_item("frequency_hz", found.frequency_hz)?;
+            entry.set_item("amplitude_m", vector(py, found.observed_amplitude.clone()))?;
+            entry.set_item("kind", found.kind.to_string())?;
+            Ok(entry)
+        };
+        self.response.bifurcations.iter().map(one).collect()
+    }
+
+    /// Branches of responses of twice the period, beyond a period doubling. Their frequencies are half
+    /// those of the excitation, whose harmonics are the even ones.
+    #[getter]
+    fn two_periods(&self) -> Vec<Self> {
+        let branches = self.response.two_periods.iter();
+        let one = |branch: &Response| Self::new(branch.clone(), &self.subject, None);
+        branches.map(one).collect()
     }
 
     /// Number of the branch of each point, (points,).

@@ -449,6 +449,25 @@ def test_a_stop_doubles_the_period_at_twice_its_resonance():
     assert (heavy.stable, heavy.kind) == (True, None) and abs(heavy.multiplier) < 1
 
 
+def test_a_response_has_its_stability_and_the_motions_of_two_periods():
+    stop = Pair((0, None, None), friction=0.0, normal_stiffness_n_m=10.0, tangential_stiffness_n_m=10.0)
+    problem = Problem.from_matrices(
+        np.eye(1), np.eye(1), [stop], excitation=[0.1], observe={"mass": 0}, damping={"mass_per_s": 0.01},
+    )
+    found = problem.response([0.3, 0.489139], accuracy=0.01, progress=False)
+    assert found.stable == [True, False] and found.instability == [None, "period_doubling"]
+    assert abs(found.floquet_multiplier[1] + 3.2) < 0.01 and found.bifurcations == []
+    [doubled] = found.two_periods
+    [at] = [i for i, hz in enumerate(doubled.frequency_hz) if hz == 0.5 * 0.489139]
+    # Half of the frequency of the excitation: odd harmonics tell both periods apart.
+    odd = abs(doubled.observed_m()[at, 1::2])
+    assert odd.max() > 1.0 and doubled.stable[at] is True
+    none = problem.response([0.489139], accuracy=0.01, stability="none", progress=False)
+    assert none.stable == [None] and np.isnan(none.floquet_multiplier[0]) and none.two_periods == []
+    with pytest.raises(ValueError, match="every_point"):
+        problem.response([0.3], stability="all", progress=False)
+
+
 def test_a_motion_without_known_damping_is_not_judged():
     problem = mass_on_friction(0.2)
     motion = problem.response([0.1], harmonics=3, progress=False)[0]

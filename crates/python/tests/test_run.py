@@ -49,7 +49,7 @@ def test_shapes_and_sums_of_a_response(run):
         response.input_power_w, response.friction_power_w + response.viscous_power_w, rtol=1e-3
     )
     assert sum(response.pair_counts.values()).tolist() == [pairs] * points
-    assert response.converged.all() and response.stable.all() and run.is_complete
+    assert response.converged.all() and response.stable.count(False) == 0 and run.is_complete
     run.verdict()
 
 

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use crate::contact::PairLaw;
 use crate::damping::DampingSpec;
 use crate::dlft::eps::Eps;
-use crate::dlft::settings::{EpsChoice, Resolution, Solver};
+use crate::dlft::settings::{EpsChoice, Resolution, Solver, StabilityScope};
 use crate::dlft::static_state::LoadPath;
 use crate::dlft::sweep::SweepSettings;
 use crate::model::Assembly;
@@ -223,6 +223,8 @@ pub struct ResponseSpec {
     /// Distance beyond which a pair slips in a period, m; `None`: 1e-5 of the largest static
     /// slip, or 1e-9 of the largest elastic compression where that is longer.
     pub slip_threshold_m: Option<f64>,
+    /// Motions whose stability is judged.
+    pub stability: StabilityScope,
 }
 
 impl ResponseSpec {
@@ -252,6 +254,7 @@ impl ResponseSpec {
             solver: Solver::default(),
             stuck_modes: None,
             slip_threshold_m: None,
+            stability: StabilityScope::default(),
         }
     }
 }

@@ -30,6 +30,7 @@ pub fn response(checker: &mut Checker, raw: &Spanned<RawResponse>) -> Option<Res
     let most_seconds = checker.optional_number(&at, key, &raw.most_seconds_per_frequency);
     let solver = checker.choice(&at, "solver", &raw.solver);
     let stuck_modes = checker.optional_count(&at, "stuck_modes", &raw.stuck_modes, None);
+    let stability = checker.choice(&at, "stability", &raw.stability);
     let threshold = checker.optional_number(&at, "slip_threshold_m", &raw.slip_threshold_m);
     Some(ResponseSpec {
         range: range?,
@@ -51,6 +52,7 @@ pub fn response(checker: &mut Checker, raw: &Spanned<RawResponse>) -> Option<Res
         solver: solver?,
         stuck_modes: stuck_modes?,
         slip_threshold_m: threshold?,
+        stability: stability?,
     })
 }
 

@@ -18,6 +18,7 @@ use dovetail_solver::problem::LinearReference;
 use dovetail_solver::reduced::ObservedQuantity;
 use dovetail_solver::reduced::ReducedModel;
 use dovetail_solver::results::recovery::NodalField;
+use dovetail_solver::stability::Stability;
 use faer::Mat;
 
 const HARMONICS: usize = 3;
@@ -411,6 +412,7 @@ fn response(model: &Model, motion: &[Vec<NodalField>; 2]) -> Response {
             }),
             mean: Mean::Free,
             retention_n: 0.0,
+            stability: Stability::default(),
             residual: 1e-9 * bad,
         }
     });
@@ -428,6 +430,8 @@ fn response(model: &Model, motion: &[Vec<NodalField>; 2]) -> Response {
         orbits: orbits.collect(),
         branches: vec![Branch::swept(points)],
         second_motions: Vec::new(),
+        bifurcations: Vec::new(),
+        two_periods: Vec::new(),
         slip_threshold_m: 1e-7,
     }
 }

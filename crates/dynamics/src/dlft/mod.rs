@@ -44,6 +44,7 @@ use crate::contact::PairLaw;
 use crate::problem::LinearReference;
 use dovetail_numerics::spectrum::blocks;
 use retention::Mean;
+use verdict::{Kind, Stability};
 
 pub use figure_errors::{FigureErrors, PairErrors};
 
@@ -230,6 +231,8 @@ pub struct Orbit {
     /// the mean is free. The spring is anchored at the static state, or at rest where that is itself
     /// retained: the force of the static state is then included.
     pub retention_n: f64,
+    /// Stability; not judged until [`judge`](crate::stability::judge) was asked.
+    pub stability: Stability,
 }
 
 impl Orbit {
@@ -270,6 +273,7 @@ impl Orbit {
             figure_errors: None,
             mean: Mean::Free,
             retention_n: 0.0,
+            stability: Stability::default(),
         }
     }
 
@@ -557,8 +561,27 @@ pub struct Response {
     /// Ranges in which several motions were found, ascending. They are not looked for where
     /// frequencies were swept.
     pub second_motions: Vec<SecondMotion>,
+    /// Changes of stability along the curves that are no turning points, in the order of the orbits.
+    /// They are not looked for where frequencies were swept.
+    pub bifurcations: Vec<Bifurcation>,
+    /// Branches of motions of twice the period, beyond a period doubling. The frequency of their first
+    /// harmonic is half that of the excitation.
+    pub two_periods: Vec<Response>,
     /// Distance beyond which a pair counts as slipping, m.
     pub slip_threshold_m: f64,
+}
+
+/// Change of stability along a curve.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Bifurcation {
+    /// Position in the orbits of the last point before the change.
+    pub after: usize,
+    /// Frequency of the change, Hz.
+    pub frequency_hz: f64,
+    /// Amplitude of each observed displacement there, m.
+    pub observed_amplitude: Vec<f64>,
+    /// Kind of the instability on its unstable side.
+    pub kind: Kind,
 }
 
 /// Range of frequencies at which several motions were found, and the frequency in it at which the
@@ -620,6 +643,7 @@ pub mod starting_traction;
 pub mod static_state;
 pub mod sweep;
 mod two_level;
+pub(crate) mod verdict;
 pub mod wear;
 
 pub use pair_status::{CycleCounts, CycleStatus, PairStatus, StaticCounts};

@@ -103,6 +103,28 @@ pub enum EpsChoice {
     SpectralRadius,
 }
 
+/// Motions of a response whose stability is judged. Its words are those of scenes and of Python.
+///
+/// ```
+/// use dovetail_dynamics::dlft::settings::StabilityScope;
+///
+/// assert_eq!("every_point".parse(), Ok(StabilityScope::EveryPoint));
+/// assert_eq!(StabilityScope::default().to_string(), "peaks");
+/// ```
+#[derive(
+    Debug, Clone, Copy, Default, PartialEq, Eq, Display, EnumString, VariantNames, Serialize,
+)]
+#[strum(serialize_all = "snake_case")]
+pub enum StabilityScope {
+    /// Peaks, turning points and the ends of the range; every motion of a model with few pairs.
+    #[default]
+    Peaks,
+    /// Every motion.
+    EveryPoint,
+    /// No motion.
+    None,
+}
+
 /// Method that solves the balance of a frequency. Its words are those of scenes and of Python.
 ///
 /// ```

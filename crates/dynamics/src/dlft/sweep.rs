@@ -330,6 +330,8 @@ impl<'a> SweepSolvers<'a> {
             branches: vec![Branch::swept(orbits.len())],
             orbits,
             second_motions: Vec::new(),
+            bifurcations: Vec::new(),
+            two_periods: Vec::new(),
             slip_threshold_m: self.slip_threshold_m,
         }
     }

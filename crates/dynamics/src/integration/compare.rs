@@ -37,8 +37,8 @@ pub struct Comparison {
     pub frequency_hz: f64,
     /// Harmonics of the balance.
     pub harmonics: usize,
-    /// False where the motion of the balance lies between two folds of its curve: the integration
-    /// is then expected to leave it.
+    /// False where the motion of the balance is unstable by its multipliers, or by its place between two
+    /// folds of its curve: the integration is then expected to leave it.
     pub is_stable: bool,
     /// Results of harmonic balance.
     pub balance: PeriodFigures,
@@ -168,7 +168,7 @@ pub fn compare(
 
 /// Problem with the steady force added that the mean of `orbit` lacks for equilibrium: K X_0 +
 /// lambda_0 - F_0, which depends on no parameter of the balance.
-fn add_retention_force(problem: &Problem, orbit: &Orbit) -> Problem {
+pub(super) fn add_retention_force(problem: &Problem, orbit: &Orbit) -> Problem {
     let mut retained = problem.clone();
     let n = retained.reduced.static_load.on_x.len();
     let (x, lambda) = (&orbit.x[..n], &orbit.lambda[..n]);
@@ -217,7 +217,7 @@ pub fn orbit_state(problem: &Problem, orbit: &Orbit) -> MotionState {
 
 /// State of an orbit at t = 0 with its departure from the mean larger by a fraction. No rigid pair
 /// overlaps.
-fn perturbed_state(problem: &Problem, orbit: &Orbit, larger_by: f64) -> MotionState {
+pub(super) fn perturbed_state(problem: &Problem, orbit: &Orbit, larger_by: f64) -> MotionState {
     let mut state = orbit_state(problem, orbit);
     if larger_by == 0.0 {
         return state;

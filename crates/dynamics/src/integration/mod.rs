@@ -18,11 +18,12 @@
 //! freedom dynamics*, 1988; M. Jean, Comput. Methods Appl. Mech. Engrg. 177 (1999) 235-257) with
 //! the trapezoidal rule; `contact_forces` solves for the contact forces of a step; [`steady`]
 //! goes on to the steady state and measures a period; [`compare`] puts that beside the orbit of
-//! harmonic balance. Only the last, and `whole_disc`, which makes one problem of all sectors of a
+//! harmonic balance, and [`departure`] follows an unstable one to where it leads. Only these two, and `whole_disc`, which makes one problem of all sectors of a
 //! disc in a wave, know of DLFT.
 
 pub mod compare;
 pub(crate) mod contact_forces;
+pub mod departure;
 pub mod steady;
 pub mod step;
 mod whole_disc;

@@ -181,7 +181,7 @@ fn transient_rest(z: &[c64]) -> f64 {
     (moved * r / (1.0 - r)).norm() / size.norm()
 }
 
-fn one_period(
+pub(super) fn one_period(
     stepper: &mut Stepper<'_>,
     state: &mut MotionState,
     period: usize,

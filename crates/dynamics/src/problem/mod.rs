@@ -71,6 +71,16 @@ impl Problem {
         Self::new(reduced, laws, &[Excitation::cosine(amplitude)])
     }
 
+    /// The same problem with two periods of the excitation in one of the motion: its frequency is half
+    /// that of the excitation.
+    pub(crate) fn over_two_periods(&self) -> Self {
+        let mut problem = self.clone();
+        for excitation in &mut problem.excitations {
+            excitation.harmonic *= 2;
+        }
+        problem
+    }
+
     /// Problem of a reduced model all of whose pairs follow `law`, under the excitations that are
     /// stored with it, `factor` times each.
     pub fn excited(

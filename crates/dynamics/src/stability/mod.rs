@@ -23,12 +23,16 @@
 //! A rigid pair that slips has springs and dashpots so stiff that they no longer matter. One that opens
 //! and lands is not judged: the law says nothing of its rebound.
 
+pub use self::two_periods::two_periods;
+pub use crate::dlft::verdict::{Kind, Reason, Stability, Verdict};
+
 mod equations;
 mod finer;
 mod monodromy;
 mod passage;
 #[cfg(test)]
 mod tests;
+mod two_periods;
 
 use crate::damping::Rayleigh;
 use crate::dlft::retention::Mean;
@@ -46,84 +50,6 @@ const MOST_LEVELS: usize = 3;
 const SHARE: f64 = 0.6;
 /// Least distance from the unit circle at which a motion is judged whose pairs change.
 const LEAST: f64 = 1e-6;
-
-/// Stability of a periodic response.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Stability {
-    /// Verdict on the motion.
-    pub verdict: Verdict,
-    /// Largest Floquet multiplier; of a conjugate pair that above the real axis. `None` where none was
-    /// computed, or nothing can move.
-    pub multiplier: Option<c64>,
-}
-
-/// Verdict on a periodic motion.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Verdict {
-    /// Small perturbations die away.
-    Stable,
-    /// A small perturbation grows.
-    Unstable(Kind),
-    /// The motion was not judged.
-    NotJudged(Reason),
-}
-
-/// Kind of an instability, by the largest multiplier.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, strum::Display)]
-#[strum(serialize_all = "snake_case")]
-pub enum Kind {
-    /// Real, above 1: the perturbation grows from period to period.
-    Real,
-    /// Real, below -1: the perturbation changes its sign in each period, and the motion of twice the
-    /// period takes over.
-    PeriodDoubling,
-    /// Complex (Neimark-Sacker): the perturbation has a frequency of its own, which modulates the
-    /// motion.
-    NeimarkSacker,
-}
-
-/// Reason why a motion was not judged.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-#[non_exhaustive]
-pub enum Reason {
-    /// The balance was not solved.
-    #[error("there is no motion")]
-    NoMotion,
-    /// The harmonics are waves round a disc.
-    #[error("the harmonics are waves round a disc")]
-    Waves,
-    /// The air acts on the blades.
-    #[error("the air acts on the blades")]
-    Influence,
-    /// A spring that only the mean feels retains the motion.
-    #[error("a spring retains the mean of the motion")]
-    Retained,
-    /// A rigid pair lands: its impact turns small perturbations into large ones.
-    #[error("a rigid pair opens and lands")]
-    Landing,
-    /// Some displacement has no mass.
-    #[error("the mass matrix is singular")]
-    Massless,
-    /// The monodromy matrix costs more than can be afforded.
-    #[error("the model has too many unknowns")]
-    TooLarge,
-    /// The multipliers were not found.
-    #[error("the multipliers were not found")]
-    NotFound,
-    /// The largest multiplier is nearer to the unit circle than its error, or the motion has too few
-    /// harmonics.
-    #[error("the largest multiplier is not known well enough: take more harmonics")]
-    TooNear,
-}
-
-impl Stability {
-    const fn not_judged(reason: Reason) -> Self {
-        Self {
-            verdict: Verdict::NotJudged(reason),
-            multiplier: None,
-        }
-    }
-}
 
 /// Judges a periodic motion of `problem` about its static state that a force excites, as the balance of
 /// one frequency gives it. The motion is solved again with more harmonics, until two in a row have one

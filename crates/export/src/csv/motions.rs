@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::solution::SolutionRow;
+use super::solution::{STABILITY, SolutionRow, stability_word};
 use crate::ExportError;
 use crate::table::Columns;
 use dovetail_solver::dlft::Orbit;
@@ -73,6 +73,8 @@ pub fn write_peaks(path: &Path, keys: &[&str], rows: &[PeakRow<'_>]) -> Result<(
     table.add_solution("", PeakRow::solution, AMPLITUDE);
     table.add_solution("", PeakRow::solution, "modal_mass_kg");
     table.add_solution("", PeakRow::solution, JOINT);
+    table.add_solution("", PeakRow::solution, "stable");
+    table.add_solution("", PeakRow::solution, STABILITY);
     table.write(path, rows)
 }
 
@@ -83,8 +85,8 @@ pub struct CurveRow<'a> {
     index: usize,
     /// Number of its branch, counted from 1.
     branch: usize,
-    /// True if the motion is stable.
-    is_stable: bool,
+    /// Stability of the motion; `None` where it is not known.
+    is_stable: Option<bool>,
     /// Length of the branch up to it.
     length: f64,
     /// Number of the observed displacement.
@@ -149,12 +151,13 @@ pub fn write_curve(path: &Path, key: &str, rows: &[CurveRow<'_>]) -> Result<(), 
     table.add("branch", |row| row.branch);
     table.add("stable", |row| {
         let has_motion = row.orbit.outcome.has_motion();
-        has_motion.then(|| row.is_stable.to_string())
+        has_motion.then(|| stability_word(row.is_stable))
     });
     table.add("length", |row| row.length);
     table.add(key, |row| row.value);
     table.add_solution("", CurveRow::solution, AMPLITUDE);
     table.add_solution("", CurveRow::solution, JOINT);
+    table.add_solution("", CurveRow::solution, STABILITY);
     table.write(path, rows)
 }
 

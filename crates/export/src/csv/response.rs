@@ -1,21 +1,23 @@
 //! Tables of a response: response.csv, tractions.csv and verify.csv.
 
+use std::borrow::Cow;
 use std::path::Path;
 
-use super::solution::SolutionRow;
+use super::solution::{STABILITY, SolutionRow, stability_word};
 use crate::ExportError;
 use crate::table::Columns;
 use dovetail_solver::description::EngineOrder;
 use dovetail_solver::dlft::branch::stable;
 use dovetail_solver::dlft::{Orbit, Outcome, Response};
 use dovetail_solver::integration::compare::{Comparison, PeriodFigures};
-use dovetail_solver::results::quantities::{linear_amplitude, phasors};
+use dovetail_solver::results::quantities::{at_excitation_frequency, phasors};
 use dovetail_solver::run::{Observed, TractionPeak, TractionRange};
 
 /// Writes response.csv: one row per point, in the order in which each branch runs. `branch` counts
-/// from 1. `stable` is empty on a grid. `point` is the number of the point, which is also in the
-/// name of its file of the flanks.
-/// Amplitudes are the largest departure from the mean in the period. `<name>_h<k>_...` is harmonic
+/// from 1. `stable` is `yes`, `no` or `not_judged`. `point` is the number of the point, which is also
+/// in the name of its file of the flanks. Branches of twice the period follow, with `periods` 2.
+/// Amplitudes are the largest departure from the mean in the period, or half of the range over two
+/// periods. `<name>_h<k>_...` is harmonic
 /// k as `A cos(k w t - phase)`. `<name>_linear_amplitude_m` is the amplitude of the linear
 /// reference. Of a strain, `_strain` stands in place of `_m`. A point that did not converge keeps its
 /// outcome, iterations, residual and linear amplitude; its other cells are empty.
@@ -31,19 +33,23 @@ pub fn write_response(
     response: &Response,
     along: Option<EngineOrder>,
 ) -> Result<(), ExportError> {
+    let rows = rows(response);
     let harmonics = response.orbits.iter().map(|o| o.harmonics);
     let harmonics = harmonics.max().unwrap_or(0);
-    let stable = response.is_followed().then(|| stable(response));
+    let has_two_periods = rows.iter().any(|row| row.halves.is_some());
     let mut table: Columns<'_, ResponseRow<'_>> = Columns::default();
-    table.add("point", |(_, o)| o.point);
-    table.add("branch", |(row, _)| response.branch_of(*row) + 1);
-    table.add("stable", |(row, o)| {
-        let stable = stable.as_ref().filter(|_| o.outcome.has_motion());
-        stable.map(|stable| stable[*row].to_string())
+    table.add("point", |row| row.point);
+    table.add("branch", |row| row.branch);
+    table.add("periods", |row| if row.halves.is_some() { 2 } else { 1 });
+    table.add("stable", |row| {
+        let has_motion = row.orbit.outcome.has_motion();
+        has_motion.then(|| stability_word(row.stable))
     });
     table.add_solution("", solution, "frequency_hz");
     if let Some(order) = along {
-        table.add("speed_rpm", move |(_, o)| order.speed_rpm(o.frequency_hz));
+        table.add("speed_rpm", move |row| {
+            order.speed_rpm(row.orbit.frequency_hz)
+        });
     }
     table.add_solution("", solution, "outcome");
     for (i, Observed { name, quantity }) in observed.iter().enumerate() {
@@ -52,10 +58,17 @@ pub fn write_response(
             format!("{name}_amplitude_{suffix}"),
             motion_cell(move |o| o.observed_amplitude.get(i).copied()),
         );
-        table.add(
-            format!("{name}_linear_amplitude_{suffix}"),
-            move |(_, o)| linear_amplitude(response, o.frequency_hz, i),
-        );
+        if has_two_periods {
+            for (period, word) in ["first", "second"].into_iter().enumerate() {
+                table.add(
+                    format!("{name}_{word}_period_amplitude_{suffix}"),
+                    move |row| Some(row.halves.as_ref()?.get(i)?[period]),
+                );
+            }
+        }
+        table.add(format!("{name}_linear_amplitude_{suffix}"), move |row| {
+            row.linear.and_then(|linear| linear.get(i).copied())
+        });
     }
     for (i, Observed { name, quantity }) in observed.iter().enumerate() {
         let suffix = quantity.suffix();
@@ -86,23 +99,68 @@ pub fn write_response(
             motion_cell(move |o| o.observed_error.get(i).copied()),
         );
     }
-    let rows: Vec<ResponseRow<'_>> = response.orbits.iter().enumerate().collect();
+    table.add_solution("", solution, STABILITY);
     table.write(path, &rows)
 }
 
-/// Row of response.csv: its number from 0, and its motion.
-type ResponseRow<'a> = (usize, &'a Orbit);
+/// Row of response.csv.
+struct ResponseRow<'a> {
+    /// Number of the point; `None` for a motion of two periods, which has no file of the flanks.
+    point: Option<usize>,
+    /// Number of the branch, counted from 1.
+    branch: usize,
+    stable: Option<bool>,
+    /// Half of the range in each of two periods, for each observation; `None` for one period.
+    halves: Option<Vec<[f64; 2]>>,
+    /// Amplitudes of the linear reference.
+    linear: Option<&'a [f64]>,
+    orbit: Cow<'a, Orbit>,
+}
 
-fn solution<'a>((_, orbit): &'a ResponseRow<'_>) -> Option<SolutionRow<'a>> {
+/// Rows of a response, then those of its branches of twice the period.
+fn rows(response: &Response) -> Vec<ResponseRow<'_>> {
+    fn linear(of: &Response, at: usize) -> Option<&[f64]> {
+        of.linear.get(at).map(|point| &point.observed_amplitude[..])
+    }
+    let verdicts = stable(response);
+    let mut rows: Vec<ResponseRow<'_>> = Vec::new();
+    for (at, orbit) in response.orbits.iter().enumerate() {
+        rows.push(ResponseRow {
+            point: Some(orbit.point),
+            branch: response.branch_of(at) + 1,
+            stable: verdicts[at],
+            halves: None,
+            linear: linear(response, at),
+            orbit: Cow::Borrowed(orbit),
+        });
+    }
+    for (number, doubled) in response.two_periods.iter().enumerate() {
+        let verdicts = stable(doubled);
+        for (at, orbit) in doubled.orbits.iter().enumerate() {
+            let (motion, halves) = at_excitation_frequency(orbit);
+            rows.push(ResponseRow {
+                point: None,
+                branch: response.branches.len() + number + 1,
+                stable: verdicts[at],
+                halves: Some(halves),
+                linear: linear(doubled, at),
+                orbit: Cow::Owned(motion),
+            });
+        }
+    }
+    rows
+}
+
+fn solution<'a>(row: &'a ResponseRow<'_>) -> Option<SolutionRow<'a>> {
     Some(SolutionRow {
-        has_motion: orbit.outcome.has_motion(),
-        ..SolutionRow::new(orbit, 0)
+        has_motion: row.orbit.outcome.has_motion(),
+        ..SolutionRow::new(&row.orbit, 0)
     })
 }
 
 /// A cell that is empty unless a motion was found.
 fn motion_cell<T>(cell: impl Fn(&Orbit) -> Option<T>) -> impl Fn(&ResponseRow<'_>) -> Option<T> {
-    move |(_, orbit)| cell(orbit).filter(|_| orbit.outcome.has_motion())
+    move |row| cell(&row.orbit).filter(|_| row.orbit.outcome.has_motion())
 }
 
 /// Writes tractions.csv: the peak from each starting traction, that of the load path first. A traction
@@ -186,7 +244,7 @@ pub fn write_verification(path: &Path, comparisons: &[Comparison]) -> Result<(),
     });
     table.add("harmonics", |r| (!r.integrated).then_some(r.of.harmonics));
     table.add("stable", |r| {
-        (!r.integrated).then(|| r.of.is_stable.to_string())
+        (!r.integrated).then(|| stability_word(Some(r.of.is_stable)))
     });
     table.add("periods", |r| r.integrated.then_some(r.of.periods));
     table.add("steady", |r| {

@@ -19,6 +19,18 @@ pub(super) struct SolutionRow<'a> {
     pub(super) pairs: Option<&'a PairTable>,
 }
 
+/// Word of a verdict in a table; `None`: there is none.
+pub(super) fn stability_word(is_stable: Option<bool>) -> &'static str {
+    match is_stable {
+        Some(true) => "yes",
+        Some(false) => "no",
+        None => "not_judged",
+    }
+}
+
+/// Columns of the stability of a motion besides `stable`.
+pub(super) const STABILITY: &str = "instability floquet_multiplier floquet_argument_rad";
+
 impl<'a> SolutionRow<'a> {
     /// Solution with a motion. The columns `opening_area_m2`, `linear_amplitude_m` and `ratio` are
     /// empty unless `pairs` and `linear_m` are given.
@@ -62,6 +74,10 @@ impl<'a> SolutionRow<'a> {
             "largest_slid_m" => self.largest_slid_m().into(),
             "largest_slid_error_m" => largest_slid_error_m(orbit).into(),
             "retention_n" => orbit.retention_n.into(),
+            "stable" => stability_word(orbit.stability.is_stable()).into(),
+            "instability" => orbit.stability.kind().map(|kind| kind.to_string()).into(),
+            "floquet_multiplier" => orbit.stability.multiplier.map(|m| m.norm()).into(),
+            "floquet_argument_rad" => orbit.stability.multiplier.map(|m| m.arg()).into(),
             "estimated_error" => orbit.amplitude_error(self.observation).into(),
             other => unreachable!("a solution has no column {other}"),
         }

@@ -3,9 +3,11 @@
 use serde::{Deserialize, Serialize};
 
 use super::finite;
+use super::stability::PeakStability;
 use crate::words::{error_words, figure, quantity_in_prefix, supported_digits};
 use dovetail_solver::description::EngineOrder;
 use dovetail_solver::dlft::{CycleCounts, Response};
+use dovetail_solver::integration::departure::Departure;
 use dovetail_solver::results::pairs::PairTable;
 use dovetail_solver::results::peak::{
     largest_amplitude, linear_peak, local_peaks, peak, peak_ratio, peak_rise, uncomputed_resonance,
@@ -92,15 +94,20 @@ pub struct ObservedPeak {
     /// Its estimated error; `None` where it is not known.
     #[serde(default)]
     pub peak_largest_slid_error_m: Option<f64>,
+    /// Stability of the motion at the peak; `None` where nobody asked for it.
+    #[serde(default)]
+    pub peak_stability: Option<PeakStability>,
 }
 
 impl ObservedPeak {
-    /// Peak of observation `i` of a response. `along` is the engine order of a run-up.
+    /// Peak of observation `i` of a response. `along` is the engine order of a run-up, `departures` are
+    /// the integrations from unstable peaks.
     pub(super) fn new(
         response: &Response,
         i: usize,
         pairs: &PairTable,
         along: Option<EngineOrder>,
+        departures: &[Departure],
     ) -> Self {
         let linear = linear_peak(response, i);
         let largest = largest_amplitude(response, i);
@@ -157,6 +164,7 @@ impl ObservedPeak {
                 .map(|energy| if friction_w > 0.0 { energy } else { 0.0 }),
             peak_largest_slid_m: largest_of_pairs(&cycles.slid_m),
             peak_largest_slid_error_m: largest_slid_error_m(orbit).and_then(finite),
+            peak_stability: PeakStability::new(response, i, top.index, departures),
             ..without_peak
         }
     }
@@ -198,6 +206,22 @@ impl ObservedPeak {
             self.linear_peak_amplitude_m?,
             self.linear_peak_frequency_hz?,
         ])
+    }
+
+    /// Returns `true` if the peak was judged unstable.
+    pub fn is_unstable(&self) -> bool {
+        let stability = self.peak_stability.as_ref();
+        stability.is_some_and(|stability| stability.stable == Some(false))
+    }
+
+    /// Stability of the peak in words: `stable`, or `unstable: period doubling, multiplier -1.4`; `None`
+    /// where it was not judged.
+    pub fn stability_words(&self) -> Option<String> {
+        let stability = self.peak_stability.as_ref()?;
+        match stability.stable? {
+            true => Some("stable".to_owned()),
+            false => Some(format!("unstable: {}", stability.instability_words()?)),
+        }
     }
 
     /// Counts of the states of the pairs; `None` without pairs.

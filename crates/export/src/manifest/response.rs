@@ -4,9 +4,12 @@ use serde::{Deserialize, Serialize};
 
 use super::finite;
 use super::peak::ObservedPeak;
+use super::stability::{BifurcationSummary, TwoPeriodsSummary};
+use crate::words::{figure, quantity};
 use dovetail_solver::description::EngineOrder;
 use dovetail_solver::dlft::branch::folds;
 use dovetail_solver::dlft::{Orbit, Outcome, Response, SecondMotion};
+use dovetail_solver::integration::departure::Departure;
 use dovetail_solver::results::fretting::Fretting;
 use dovetail_solver::results::pairs::PairTable;
 use dovetail_solver::results::peak::{LocalPeak, local_peaks};
@@ -46,9 +49,22 @@ pub struct ResponseSummary {
     pub speed_rpm: Option<[f64; 2]>,
     /// Ranges in which another motion was found beside that of response.csv, rising.
     pub second_motion: Vec<SecondMotion>,
-    /// Folds of the curve, in its order: between two of them the motions are unstable.
+    /// Folds of the curve, in its order: between two of them the motions are unstable, unless a verdict
+    /// says otherwise.
     #[serde(default)]
     pub folds: Vec<FoldSummary>,
+    /// Other changes of stability along the curve, in its order.
+    #[serde(default)]
+    pub bifurcations: Vec<BifurcationSummary>,
+    /// Branches of responses of twice the period.
+    #[serde(default)]
+    pub two_periods: Vec<TwoPeriodsSummary>,
+    /// Points whose stability was judged.
+    #[serde(default)]
+    pub judged_points: usize,
+    /// Points that were judged unstable.
+    #[serde(default)]
+    pub unstable_points: usize,
     /// All local maxima inside the range, rising in frequency.
     pub peaks: Vec<LocalPeakSummary>,
     /// Range of the peak over starting tractions; `None` where the scene asks for none.
@@ -81,6 +97,31 @@ impl ResponseSummary {
             other_observations: others.map(|peak| peak.without_peak(unknown_hz)).collect(),
             ..self
         }
+    }
+
+    /// What each branch of twice the period reaches, whose amplitudes have this unit, in words.
+    pub fn two_periods_words(&self, unit: &str) -> Vec<String> {
+        let words = |branch: &TwoPeriodsSummary| {
+            let [from, to] = branch.frequency_hz.map(|hz| figure(hz, 6));
+            let range = match from == to {
+                true => format!("at {from} Hz"),
+                false => format!("from {from} to {to} Hz"),
+            };
+            let amplitude_m = branch.largest_amplitude_m?;
+            let over = match self.first.peak_amplitude_m {
+                Some(peak_m) if amplitude_m > peak_m => {
+                    format!(", {} times the peak,", figure(amplitude_m / peak_m, 3))
+                }
+                _ => String::new(),
+            };
+            Some(format!(
+                "{range} there is a response of twice the period of the excitation: half of its range over both periods reaches \
+                 {}{over} at {} Hz",
+                quantity(amplitude_m, unit, 4),
+                figure(branch.largest_amplitude_frequency_hz?, 6),
+            ))
+        };
+        self.two_periods.iter().filter_map(words).collect()
     }
 
     /// Peaks of the observations that have one, or whose resonance was not computed, the first
@@ -186,18 +227,19 @@ pub fn traction_range(range: &TractionRange) -> Option<TractionRangeSummary> {
 }
 
 /// Main figures of a response. `observation` is the name of the first observation, `along` the engine
-/// order of a run-up.
+/// order of a run-up, `departures` are the integrations from unstable peaks.
 pub fn response_summary(
     pairs: &PairTable,
     observation: Option<&str>,
     response: &Response,
     along: Option<EngineOrder>,
+    departures: &[Departure],
 ) -> ResponseSummary {
     let of_motions = response.orbits.iter().map(|o| o.observed_amplitude.len());
     let linear = response.linear_curve.iter();
     let observed = of_motions.chain(linear.map(|point| point.observed_amplitude.len()));
-    let mut peaks =
-        (0..observed.max().unwrap_or(0)).map(|i| ObservedPeak::new(response, i, pairs, along));
+    let mut peaks = (0..observed.max().unwrap_or(0))
+        .map(|i| ObservedPeak::new(response, i, pairs, along, departures));
     let separates = sweep_fields(response, pairs.rows.len()).separates;
     let unconverged = response
         .orbits
@@ -229,6 +271,10 @@ pub fn response_summary(
         frequency_hz: response.orbits[row].frequency_hz,
         amplitude_m: response.orbits[row].observed_amplitude.first().copied(),
     };
+    let verdicts = || {
+        let orbits = response.orbits.iter();
+        orbits.filter_map(|orbit| orbit.stability.is_stable())
+    };
     ResponseSummary {
         points: response.orbits.len(),
         converged_points: converged.count(),
@@ -246,6 +292,14 @@ pub fn response_summary(
         }),
         second_motion: response.second_motions.clone(),
         folds: folds(response).into_iter().map(fold).collect(),
+        bifurcations: (response.bifurcations.iter())
+            .map(BifurcationSummary::new)
+            .collect(),
+        two_periods: (response.two_periods.iter())
+            .map(TwoPeriodsSummary::new)
+            .collect(),
+        judged_points: verdicts().count(),
+        unstable_points: verdicts().filter(|is_stable| !is_stable).count(),
         peaks: local_peaks(response, 0).iter().map(local).collect(),
         traction_range: None,
         peak_fretting: None,

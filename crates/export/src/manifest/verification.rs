@@ -24,7 +24,7 @@ pub struct VerificationSummary {
 pub struct VerifiedPoint {
     pub frequency_hz: f64,
     pub harmonics: usize,
-    /// False for a motion that the folds of its curve call unstable.
+    /// False for a motion that is unstable by its multipliers, or by its place between two folds.
     pub stable: bool,
     pub periods: usize,
     pub steady: bool,

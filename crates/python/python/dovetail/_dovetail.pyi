@@ -21,6 +21,7 @@ Matrix: TypeAlias = Any
 Damping: TypeAlias = dict[str, float] | None
 Eps: TypeAlias = Literal["dynamic", "pair", "spectral_radius"]
 Solver: TypeAlias = Literal["newton_krylov", "powell"]
+StabilityScope: TypeAlias = Literal["peaks", "every_point", "none"]
 
 __version__: str
 
@@ -149,7 +150,15 @@ class Response:
     @property
     def converged(self) -> Bools: ...
     @property
-    def stable(self) -> Bools: ...
+    def stable(self) -> list[bool | None]: ...
+    @property
+    def instability(self) -> list[str | None]: ...
+    @property
+    def two_periods(self) -> list[Response]: ...
+    @property
+    def bifurcations(self) -> list[dict[str, Any]]: ...
+    @property
+    def floquet_multiplier(self) -> Complexes: ...
     @property
     def branch(self) -> Ints: ...
     @property
@@ -435,6 +444,7 @@ class Problem:
         solver: Solver = "newton_krylov",
         slip_threshold_m: float | None = None,
         most_seconds_per_frequency: float | None = None,
+        stability: StabilityScope = "peaks",
         progress: Progress = None,
     ) -> Response: ...
     def balance(

@@ -7,6 +7,7 @@
 use super::quantities::loss_factor;
 use crate::dlft::peaks::{heights, peak_rise_ratio};
 use crate::dlft::{Branch, Orbit, Response};
+use std::collections::BTreeSet;
 
 /// Largest amplitude of a curve.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -45,6 +46,28 @@ pub fn peak(response: &Response, observation: usize) -> Option<Peak> {
     let top = largest_amplitude(response, observation)?;
     let is_computed = uncomputed_resonance(response, observation).is_none();
     is_computed.then_some(top)
+}
+
+/// Largest amplitude of an observation among the motions that were judged stable; `None` where none
+/// was.
+pub fn largest_stable_amplitude(response: &Response, observation: usize) -> Option<Peak> {
+    let heights = heights(&response.orbits, observation);
+    let stable =
+        heights.filter(|(index, _)| response.orbits[*index].stability.is_stable() == Some(true));
+    largest(stable.map(|(index, amplitude_m)| Peak {
+        index,
+        frequency_hz: response.orbits[index].frequency_hz,
+        amplitude_m,
+        is_at_an_end: false,
+    }))
+}
+
+/// Positions of the peaks of the observed displacements that are unstable, ascending.
+pub(crate) fn unstable_peaks(response: &Response, observations: usize) -> Vec<usize> {
+    let peaks = (0..observations).filter_map(|i| largest_amplitude(response, i));
+    let is_unstable = |at: &usize| response.orbits[*at].stability.is_stable() == Some(false);
+    let unstable: BTreeSet<usize> = peaks.map(|peak| peak.index).filter(is_unstable).collect();
+    unstable.into_iter().collect()
 }
 
 /// Fraction of the largest linear amplitude of all observations below which one does not move.

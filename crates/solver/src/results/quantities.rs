@@ -30,6 +30,58 @@ pub fn phasors(coefficients: &[f64]) -> Vec<Phasor> {
         .collect()
 }
 
+/// Half of the range of a signal with these Fourier coefficients over the first and over the second
+/// half of its period, and over all of it.
+fn half_ranges(coefficients: &[f64]) -> [f64; 3] {
+    /// Instants of a period for each harmonic.
+    const INSTANTS: usize = 64;
+    let harmonics = coefficients.len() / 2;
+    let instants = 2 * INSTANTS * harmonics.max(1);
+    let value = |instant: usize| {
+        let pairs = coefficients.get(1..).unwrap_or_default().chunks_exact(2);
+        let terms = pairs.enumerate().map(|(i, c)| {
+            let turn = ((i + 1) * instant) % instants;
+            let (sin, cos) = (TAU * turn as f64 / instants as f64).sin_cos();
+            c[0] * cos + c[1] * sin
+        });
+        terms.sum::<f64>()
+    };
+    let values: Vec<f64> = (0..=instants).map(value).collect();
+    let half_range = |part: &[f64]| {
+        let (low, high) = (part.iter()).fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| {
+            (l.min(*v), h.max(*v))
+        });
+        0.5 * (high - low)
+    };
+    let (first, second) = (&values[..=instants / 2], &values[instants / 2..]);
+    [half_range(first), half_range(second), half_range(&values)]
+}
+
+/// Motion of twice the period as tables and pictures have it: at the frequency of the excitation and
+/// with its harmonics, with half of the range over both periods as amplitudes. With it half of the range
+/// in each of the two periods, for each observed displacement, m.
+pub fn at_excitation_frequency(doubled: &Orbit) -> (Orbit, Vec<[f64; 2]>) {
+    let of_excitation = |coefficients: &Vec<f64>| {
+        let pairs = coefficients.get(1..).unwrap_or_default().chunks_exact(2);
+        let even = pairs.skip(1).step_by(2).flatten().copied();
+        coefficients
+            .first()
+            .copied()
+            .into_iter()
+            .chain(even)
+            .collect()
+    };
+    let ranges: Vec<[f64; 3]> = doubled.observed.iter().map(|c| half_ranges(c)).collect();
+    let motion = Orbit {
+        frequency_hz: 2.0 * doubled.frequency_hz,
+        observed_amplitude: ranges.iter().map(|[.., both]| *both).collect(),
+        observed: doubled.observed.iter().map(of_excitation).collect(),
+        ..doubled.clone()
+    };
+    let each = ranges.iter().map(|[first, second, _]| [*first, *second]);
+    (motion, each.collect())
+}
+
 /// Fields on the flanks over one period, one entry per pair.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
@@ -217,15 +269,6 @@ pub fn loss_factor(orbit: &Orbit) -> Option<f64> {
     (stored_w > 0.0).then(|| (orbit.friction_power_w + orbit.viscous_power_w) / stored_w)
 }
 
-/// Amplitude of the linear reference at exactly this frequency, m, if it was computed there.
-pub fn linear_amplitude(response: &Response, frequency_hz: f64, observation: usize) -> Option<f64> {
-    let point = response
-        .linear
-        .iter()
-        .find(|s| s.frequency_hz == frequency_hz)?;
-    point.observed_amplitude.get(observation).copied()
-}
-
 /// Estimated error of the largest distance that a pair slides in a period, m; `None` where it is not
 /// known.
 pub fn largest_slid_error_m(orbit: &Orbit) -> Option<f64> {
@@ -329,6 +372,8 @@ pub(super) mod tests {
             ],
             branches: vec![Branch::swept(3)],
             second_motions: Vec::new(),
+            bifurcations: Vec::new(),
+            two_periods: Vec::new(),
             slip_threshold_m: 1e-9,
         }
     }
@@ -388,6 +433,32 @@ pub(super) mod tests {
         assert!(super::phasors(&[]).is_empty());
     }
 
+    /// `2 cos(w t / 2) + cos(w t)`, whose range is 4.5 over two periods of w.
+    #[test]
+    fn a_motion_of_two_periods_has_half_of_its_range_as_amplitude() {
+        let coefficients = vec![0.25, 2.0, 0.0, 1.0, 0.0];
+        let [first, second, both] = half_ranges(&coefficients);
+        // From 3 at the beginning down to -1 after a period, with -1.5 a third of a period before it.
+        assert!((first - 2.25).abs() < 1e-6 && (second - 2.25).abs() < 1e-6);
+        assert!((both - 2.25).abs() < 1e-6);
+        let doubled = Orbit {
+            observed: vec![coefficients],
+            ..Orbit::motionless(5.0, Outcome::Converged)
+        };
+        let (shown, each) = at_excitation_frequency(&doubled);
+        assert_eq!(each, [[first, second]]);
+        assert_eq!(shown.frequency_hz, 10.0);
+        assert_eq!(shown.observed, [[0.25, 1.0, 0.0]]);
+        assert_eq!(shown.observed_amplitude, [both]);
+        // A sine of half the frequency is half a wave in each period.
+        let [first, second, both] = half_ranges(&[0.0, 0.0, 2.0]);
+        assert!(
+            (first - 1.0).abs() < 1e-3 && (second - 1.0).abs() < 1e-3,
+            "{first} {second}"
+        );
+        assert!((both - 2.0).abs() < 1e-3);
+    }
+
     #[test]
     fn means_leave_out_what_did_not_converge() {
         let swept = sweep_fields(&response(), 3);
@@ -395,8 +466,6 @@ pub(super) mod tests {
         assert_eq!(swept.friction_power_mean_w, [3.0, 2.0, 0.0]);
         assert_eq!(swept.opening_share, [1.0, 0.0, 0.0]);
         assert_eq!(swept.separates, [true, false, false]);
-        assert_eq!(linear_amplitude(&response(), 30.0, 0), Some(2.0));
-        assert_eq!(linear_amplitude(&response(), 30.5, 0), None);
     }
 
     #[test]

@@ -7,11 +7,12 @@ use super::error::Error;
 use super::reduced::ReducedScene;
 use super::response::{check_one_speed, check_undamped_modes, frequencies_hz, settings};
 use super::session::Session;
+use super::stability::Judged;
 use super::statics;
 use crate::damping::Rayleigh;
 use crate::description::{FrequencyRange, Scene, Subject};
 use crate::dlft::sweep::SweepSettings;
-use crate::dlft::{StaticState, demand};
+use crate::dlft::{Orbit, StaticState, demand};
 use crate::problem::Problem;
 use dovetail_numerics::memory;
 use dovetail_numerics::spectrum::blocks;
@@ -131,6 +132,17 @@ impl ModelAtValue {
             settings,
             bytes,
         })
+    }
+
+    /// Judges the stability of a motion of the model.
+    pub(super) fn judge(&self, orbit: &mut Orbit) {
+        let judged = Judged {
+            problem: &self.reduced.problem,
+            damping: self.damping,
+            state: &self.state,
+            scope: self.scene.response.stability,
+        };
+        judged.judge(orbit);
     }
 
     /// Takes the model to another static state, that of laws that have changed.

@@ -17,6 +17,7 @@ use super::reduced::{ReducedScene, stuck_modes};
 use super::reducing::inputs;
 use super::response::{check_one_speed, check_undamped_modes};
 use super::session::{Session, Stage, lock};
+use super::stability::{Judged, points_to_judge};
 use crate::description::{Scene, Subject};
 use crate::dlft::SweepProgress;
 use crate::dlft::branch::{ModelAt, ValueCurve, ValueRange, follow_over};
@@ -88,10 +89,14 @@ pub fn curve(
         kept: Mutex::default(),
         missing: Mutex::default(),
     };
-    let curve = {
+    let mut curve = {
         let _stage = session.stage(Stage::Curve);
         followed(question, &models, &other, session)?
     };
+    if let Some(curve) = &mut curve {
+        let _stage = session.stage(Stage::Stability);
+        judge_curve(curve, &models, session)?;
+    }
     let missing = models.missing.into_inner();
     let missing = missing.unwrap_or_else(PoisonError::into_inner);
     session.check_running()?;
@@ -107,6 +112,34 @@ pub fn curve(
         curve,
         missing,
     })
+}
+
+/// Judges the motions of a curve over a value that matter, each with the model of its value.
+///
+/// # Errors
+/// [`Error::Stopped`] by the observer.
+fn judge_curve(
+    curve: &mut ValueCurve,
+    models: &Models<'_>,
+    session: &Session<'_>,
+) -> Result<(), Error> {
+    let first = &models.first.at;
+    let scope = first.scene.response.stability;
+    let pairs = first.reduced.problem.laws.len();
+    for at in points_to_judge(&curve.response, scope, pairs, &[]) {
+        session.check_running()?;
+        let Some(model) = models.model(curve.values[at]) else {
+            continue;
+        };
+        let judged = Judged {
+            problem: &model.problem,
+            damping: model.damping,
+            state: &model.state,
+            scope,
+        };
+        judged.judge(&mut curve.response.orbits[at]);
+    }
+    Ok(())
 }
 
 /// Follows the curve over the models, with the points that an earlier run solved.

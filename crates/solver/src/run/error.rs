@@ -12,6 +12,7 @@ use crate::results::far_slip::TOO_FAR;
 use crate::results::modes::ModeKind;
 use crate::results::rigid_motion::BodyMotion;
 use crate::results::small::Moved;
+use crate::stability::Kind;
 use dovetail_numerics::memory::TooLittle;
 
 /// Place of a fault of a static state: a point of its load path, counted from 0, or its end.
@@ -306,9 +307,9 @@ pub enum Error {
         /// Largest difference allowed, %.
         tolerance_percent: f64,
     },
-    /// An integration in time stays on a motion between two folds, which are called unstable.
+    /// An integration in time stays on a motion that was judged unstable.
     #[error(
-        "{frequency_hz:.4} Hz: the integration in time stays on a motion that the folds of its curve call unstable"
+        "{frequency_hz:.4} Hz: the integration in time stays on a motion that was judged unstable"
     )]
     Stays {
         /// Frequency of the excitation, Hz.
@@ -333,6 +334,14 @@ pub enum Error {
         not_held: usize,
         /// Number of all frequencies.
         points: usize,
+    },
+    /// The run is complete, but a peak is unstable.
+    #[error("the peak at {frequency_hz:.4} Hz is unstable ({}): the structure does not stay in this motion", kind.to_string().replace('_', " "))]
+    UnstablePeak {
+        /// Frequency of the peak, Hz.
+        frequency_hz: f64,
+        /// Kind of its instability.
+        kind: Kind,
     },
     /// The observer or the store ended the run.
     #[error("the run was ended by who listens to it")]

@@ -34,6 +34,7 @@ mod reducing;
 mod response;
 mod run_up;
 mod session;
+mod stability;
 mod statics;
 mod stress;
 mod tractions;
@@ -63,6 +64,7 @@ pub use reduced::{Observed, ReducedScene};
 pub use reducing::PlannedReduction;
 pub use response::{check_one_speed, check_undamped_modes};
 pub use session::{Event, Observer, Session, Stage, StageEnd, Store};
+pub use stability::Judged;
 pub use statics::load_path;
 pub use stress::{PLACES, PeakStress, peak_stress};
 pub use verify::{Verification, Verified, verify};
@@ -77,6 +79,7 @@ use crate::results::far_slip::ShorterSides;
 use crate::results::modes::ModeShape;
 use crate::results::small::AssemblySizes;
 use dovetail_numerics::eigen::Modes;
+use std::time::Instant;
 
 /// Restricts each dense product and factorisation of this process to one thread, because those
 /// split among threads round differently. The work is shared between bodies, halves of a sweep and
@@ -106,12 +109,13 @@ pub fn solve(
     options: Options,
     session: &Session<'_>,
 ) -> Result<Run, Error> {
+    let begun = Instant::now();
     let mut run = static_state(scene, source, options, session)?;
     if run.verdict().is_err() {
         return Ok(run);
     }
     let response = match scene.response.along_engine_order {
-        None => frequency_response(scene, &run, session)?,
+        None => frequency_response(scene, &run, begun, session)?,
         Some(order) => run_up::run_up(scene, order, &run, options.fields, session)?,
     };
     run.response = Some(response);
@@ -137,10 +141,11 @@ impl Scene {
     }
 }
 
-/// Response of a scene over the frequency, about the static state of its run.
+/// Response of a scene over the frequency, about the static state of its run, which began at `begun`.
 fn frequency_response(
     scene: &Scene,
     run: &Run,
+    begun: Instant,
     session: &Session<'_>,
 ) -> Result<ResponseResult, Error> {
     let (reduced, state) = (&run.reduced, &run.statics.state);
@@ -163,7 +168,8 @@ fn frequency_response(
         frequencies_hz: &frequencies_hz,
         session,
     };
-    let (response, slide) = responses.response(None)?;
+    let (mut response, slide) = responses.response(None)?;
+    responses.add_two_periods(&mut response, begun)?;
     let compared = scene.response.compare_harmonics;
     let compared = compared.filter(|h| response::compared(resolution, *h) != resolution);
     let compare = |harmonics| {
@@ -176,6 +182,7 @@ fn frequency_response(
     let compared = compared.map(compare).transpose()?;
     let tractions =
         tractions::solve_tractions(scene, reduced, damping, &frequencies_hz, &response, session)?;
+    let departures = responses.departures(&response, begun)?;
     let held = |o: &&Orbit| o.outcome.has_motion() && o.mean == Mean::Retained;
     let held = response.orbits.iter().filter(held);
     let retained = match held.max_by(|a, b| a.retention_n.total_cmp(&b.retention_n)) {
@@ -195,6 +202,7 @@ fn frequency_response(
         response,
         compared,
         tractions,
+        departures,
         damping,
         run_up: None,
     })

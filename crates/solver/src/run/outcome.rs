@@ -7,6 +7,8 @@ use crate::damping::Rayleigh;
 use crate::description::EngineOrder;
 use crate::dlft::starting_traction::StartingTraction;
 use crate::dlft::{CycleCounts, Orbit, Outcome, Response, StaticState};
+use crate::integration::departure::Departure;
+use crate::results::peak::unstable_peaks;
 use crate::results::recovery::NodalField;
 use crate::results::rigid_motion::BodyMotion;
 use crate::results::small::Moved;
@@ -103,6 +105,8 @@ pub struct ResponseResult {
     pub modes_reach: Option<f64>,
     /// Range over the tractions from which the vibration may start, where the scene asks for it.
     pub tractions: Option<TractionRange>,
+    /// Where integration in time leads from each peak that is unstable; empty where none is.
+    pub departures: Vec<Departure>,
     /// What a response along an engine order has besides; `None` where the speed stays.
     pub run_up: Option<RunUp>,
 }
@@ -187,7 +191,8 @@ impl Run {
     ///
     /// # Errors
     /// [`Error::NothingHolds`], [`Error::StaticState`], [`Error::SlidesTooFar`],
-    /// [`Error::MovesTooFar`], [`Error::NotConverged`] where some frequencies failed.
+    /// [`Error::MovesTooFar`], [`Error::NotConverged`] where some frequencies failed,
+    /// [`Error::UnstablePeak`] where a peak is unstable.
     pub fn verdict(&self) -> Result<(), Error> {
         let Some(found) = &self.response else {
             self.statics.usable()?;
@@ -195,7 +200,8 @@ impl Run {
         };
         moves_too_far(found.farthest.as_ref().or(self.statics.farthest.as_ref()))?;
         let compared = found.compared.iter().map(|c| &c.response);
-        check_all_converged(std::iter::once(&found.response).chain(compared))
+        check_all_converged(std::iter::once(&found.response).chain(compared))?;
+        check_peaks_are_stable(&found.response, self.reduced.observations().len())
     }
 }
 
@@ -203,6 +209,18 @@ impl Run {
 fn moves_too_far(moved: Option<&Moved>) -> Result<(), Error> {
     match moved.filter(|moved| moved.share() > 1.0) {
         Some(moved) => Err(Error::MovesTooFar(moved.clone())),
+        None => Ok(()),
+    }
+}
+
+fn check_peaks_are_stable(response: &Response, observations: usize) -> Result<(), Error> {
+    let unstable = unstable_peaks(response, observations);
+    let kinds = unstable.iter().filter_map(|at| {
+        let orbit = &response.orbits[*at];
+        Some((orbit.frequency_hz, orbit.stability.kind()?))
+    });
+    match kinds.into_iter().next() {
+        Some((frequency_hz, kind)) => Err(Error::UnstablePeak { frequency_hz, kind }),
         None => Ok(()),
     }
 }

@@ -206,6 +206,7 @@ impl ModelAtValue {
     /// Row of a peak that was found.
     pub(super) fn row(&self, mut orbit: Orbit, observation: usize) -> PeakAt {
         ShorterSides::new(&self.reduced.pairs).judge_orbit(&mut orbit);
+        self.judge(&mut orbit);
         PeakAt {
             value: self.value,
             orbit,

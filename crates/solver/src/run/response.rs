@@ -5,6 +5,7 @@ use super::error::Error;
 use super::records::{RecordInputs, ResponseInputs};
 use super::reduced::ReducedScene;
 use super::session::{Event, Session, Stage};
+use super::stability::Judged;
 use crate::damping::Rayleigh;
 use crate::description::{FrequencyRange, ResponseSpec, Scene};
 use crate::dlft::accuracy::samples_for;
@@ -16,13 +17,16 @@ use crate::dlft::orbit::{linear_orbit, linear_point};
 use crate::dlft::settings::Resolution;
 use crate::dlft::sweep::{SweepSettings, sweep};
 use crate::dlft::{Branch, Orbit, Response, StaticState, SweepProgress};
+use crate::integration::departure::Departure;
 use crate::problem::Problem;
 use crate::problem::dynamic_stiffness::ContactSystem;
 use crate::results::far_slip::ShorterSides;
 use crate::results::modes::{ModeKind, hertz};
+use crate::stability::Kind;
 use dovetail_numerics::memory;
 use dovetail_numerics::nonlinear::NewtonOptions;
 use dovetail_numerics::spectrum::blocks;
+use std::time::Instant;
 
 /// Checks that all sectors of the disc of a scene, if any, are excited in phase, and that no air acts
 /// back on them, which a task needs.
@@ -202,24 +206,20 @@ impl Responses<'_, '_> {
     ) -> Result<(Response, f64), Error> {
         let own_resolution = self.spec.resolution;
         let resolution = compared_harmonics.map_or(own_resolution, |h| compared(own_resolution, h));
-        let sides = ShorterSides::new(&self.reduced.pairs);
-        let mut response = if self.reduced.problem.laws.is_empty() {
-            self.linear(resolution)
-        } else {
-            self.contact_response(resolution, compared_harmonics, &sides)?
-        };
-        let farthest = sides.judge_response(&mut response);
-        Ok((response, farthest))
+        if self.reduced.problem.laws.is_empty() {
+            return Ok((self.linear(resolution), 0.0));
+        }
+        self.contact_response(resolution, compared_harmonics)
     }
 
     fn contact_response(
         &self,
         resolution: Resolution,
         compared_harmonics: Option<usize>,
-        sides: &ShorterSides,
-    ) -> Result<Response, Error> {
+    ) -> Result<(Response, f64), Error> {
         let Self { spec, session, .. } = self;
         let problem = &self.reduced.problem;
+        let sides = ShorterSides::new(&self.reduced.pairs);
         let stage = session.titled_stage(Stage::Response, &title(resolution));
         let blocks = blocks(resolution.most_harmonics());
         stage.solves(blocks * problem.reduced.stiffness.nrows());
@@ -266,9 +266,66 @@ impl Responses<'_, '_> {
             SweepProgress::Next(stop) => session.stop_if_ended(stop),
         };
         let solve = if follows { follow } else { sweep };
-        let response = solve(problem, damping, state, &settings, &recorded.earlier, &tell);
+        let mut response = solve(problem, damping, state, &settings, &recorded.earlier, &tell);
         session.check_running()?;
-        Ok(response)
+        drop(stage);
+        let farthest = sides.judge_response(&mut response);
+        if compared_harmonics.is_none() {
+            let _stage = session.stage(Stage::Stability);
+            let named_hz = if follows { self.frequencies_hz } else { &[] };
+            self.judged()
+                .judge_response(&mut response, named_hz, &settings, None);
+            session.check_running()?;
+        }
+        Ok((response, farthest))
+    }
+
+    /// Adds the responses of twice the period to a response, in as much time as has passed since `begun`.
+    ///
+    /// # Errors
+    /// [`Error::Stopped`] by the observer.
+    pub(super) fn add_two_periods(
+        &self,
+        response: &mut Response,
+        begun: Instant,
+    ) -> Result<(), Error> {
+        let doubled = |orbit: &Orbit| orbit.stability.kind() == Some(Kind::PeriodDoubling);
+        if !response.orbits.iter().any(doubled) {
+            return Ok(());
+        }
+        let title = "response of twice the period";
+        let _stage = self.session.titled_stage(Stage::Response, title);
+        let frequencies_hz = self.frequencies_hz.to_vec();
+        let settings = settings(self.spec, frequencies_hz, self.spec.resolution);
+        let until = Instant::now() + begun.elapsed();
+        self.judged().follow_two_periods(response, &settings, until);
+        self.session.check_running()
+    }
+
+    /// Where integration in time leads from the peaks that are unstable, in as much time as has passed
+    /// since `begun`.
+    ///
+    /// # Errors
+    /// [`Error::Stopped`] by the observer.
+    pub(super) fn departures(
+        &self,
+        response: &Response,
+        begun: Instant,
+    ) -> Result<Vec<Departure>, Error> {
+        let observations = self.reduced.observations().len();
+        let until = Instant::now() + begun.elapsed();
+        self.judged()
+            .departures(response, observations, until, self.session)
+    }
+
+    /// Model whose motions are judged.
+    pub(super) fn judged(&self) -> Judged<'_> {
+        Judged {
+            problem: &self.reduced.problem,
+            damping: self.damping,
+            state: self.state,
+            scope: self.spec.stability,
+        }
     }
 
     /// Response where all flanks are bonded: each mode answers by itself. Without a grid the curve is
@@ -299,14 +356,20 @@ impl Responses<'_, '_> {
             point,
             ..linear_orbit(&system, harmonics, at.frequency_hz)
         });
-        Response {
+        let mut response = Response {
             orbits: orbits.collect(),
             branches: vec![Branch::swept(linear.len())],
             linear,
             linear_curve,
             second_motions: Vec::new(),
+            bifurcations: Vec::new(),
+            two_periods: Vec::new(),
             slip_threshold_m: 0.0,
-        }
+        };
+        let settings = settings(self.spec, self.frequencies_hz.to_vec(), resolution);
+        self.judged()
+            .judge_response(&mut response, &[], &settings, None);
+        response
     }
 }
 

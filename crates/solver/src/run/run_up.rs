@@ -101,6 +101,7 @@ pub(super) fn run_up(
         response,
         compared: None,
         tractions: None,
+        departures: Vec::new(),
         damping,
         run_up: Some(RunUp {
             engine_order,
@@ -161,6 +162,8 @@ impl Ascent<'_, '_> {
             branches: vec![Branch::swept(orbits.len())],
             orbits,
             second_motions: Vec::new(),
+            bifurcations: Vec::new(),
+            two_periods: Vec::new(),
             slip_threshold_m: (self.scene.response.slip_threshold_m).unwrap_or(f64::NAN),
         })
     }
@@ -206,7 +209,10 @@ impl Ascent<'_, '_> {
         };
         let (damping, state, settings) = (at.damping, &at.state, &at.settings);
         let solved = solve_after(last, point, problem, damping, state, settings, &tell);
-        solved.ok_or(Error::NoPeak)
+        let mut solved = solved.ok_or(Error::NoPeak)?;
+        // The model of a speed is not kept until the peak is known.
+        at.judge(&mut solved.orbit);
+        Ok(solved)
     }
 
     /// Model at the speed of a frequency, about its static state: that of the response of this one

@@ -57,11 +57,13 @@ pub enum Stage {
     StaticFiles,
     /// Harmonic balance over the frequencies.
     Response,
+    /// Stability of the motions of the response.
+    Stability,
     /// Harmonic balance from other starting tractions.
     StartingTractions,
     /// The observer writes the files of the response.
     ResponseFiles,
-    /// The motion is integrated in time, to check harmonic balance.
+    /// The motion is integrated in time, to check harmonic balance or to leave an unstable one.
     TimeIntegration,
     /// Peaks over a value of the scene.
     Peaks,
@@ -104,6 +106,7 @@ impl Stage {
             Self::StaticState => "static state",
             Self::StaticFiles => "static files",
             Self::Response => "response",
+            Self::Stability => "stability",
             Self::StartingTractions => "starting tractions",
             Self::ResponseFiles => "response files",
             Self::TimeIntegration => "time integration",

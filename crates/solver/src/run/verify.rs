@@ -12,7 +12,7 @@ use super::response::{
 use super::session::{Session, Stage};
 use crate::damping::Rayleigh;
 use crate::description::{Scene, Subject};
-use crate::dlft::branch::stable;
+use crate::dlft::branch::stable_in_drawing;
 use crate::dlft::{Orbit, Response};
 use crate::integration::compare::{Comparison, IntegrationStart, compare};
 use crate::integration::steady::{MOST_STEPS_IN_ALL, Until};
@@ -109,7 +109,7 @@ pub fn verify(
     let damping = reduced.rayleigh(&scene.damping, &statics.state)?;
     let (found, chosen) = orbits(scene, &reduced, damping, &statics, asked, session)?;
     let response = &found.response;
-    let stable = stable(response);
+    let stable = stable_in_drawing(response);
     let comparisons = {
         let _stage = session.stage(Stage::TimeIntegration);
         let steps = session.steps(chosen.len(), "frequencies");
@@ -208,12 +208,15 @@ fn orbits(
         frequencies_hz: &frequencies_hz,
         session,
     };
-    let (response, slide) = responses.response(None)?;
+    let (mut response, slide) = responses.response(None)?;
     let chosen = if asked_hz.is_empty() {
         peak_and_flanks(&response)
     } else {
         motions_at(&asked_hz, &response)?
     };
+    for at in &chosen {
+        responses.judged().judge(&mut response.orbits[*at]);
+    }
     let result = ResponseResult {
         response,
         compared: None,
@@ -223,6 +226,7 @@ fn orbits(
         retained: Vec::new(),
         modes_reach: None,
         tractions: None,
+        departures: Vec::new(),
         run_up: None,
     };
     Ok((result, chosen))

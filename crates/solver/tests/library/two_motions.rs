@@ -3,7 +3,7 @@
 
 use dovetail_solver::contact::PairLaw;
 use dovetail_solver::damping::Rayleigh;
-use dovetail_solver::dlft::branch::{follow, stable};
+use dovetail_solver::dlft::branch::{follow, stable_in_drawing};
 use dovetail_solver::dlft::settings::Resolution;
 use dovetail_solver::dlft::static_state::static_state;
 use dovetail_solver::dlft::sweep::{SweepSettings, sweep};
@@ -184,7 +184,7 @@ fn one_branch_has_both_motions_that_steps_in_time_reach_and_one_between() {
     assert_eq!(response.curves().len(), 1, "{:?}", response.branches);
     assert!(response.orbits.len() < 60, "{}", response.orbits.len());
     both_motions(&response);
-    let stable = stable(&response);
+    let stable = stable_in_drawing(&response);
     for hz in asked_hz {
         let at = (response.orbits.iter().zip(&stable)).filter(|(o, _)| o.frequency_hz == hz);
         let (found, stable): (Vec<f64>, Vec<bool>) = at

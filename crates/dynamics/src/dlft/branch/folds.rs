@@ -1,10 +1,10 @@
-//! Folds of curves, and the motions between them that are unstable.
+//! Folds of curves, and the parts of curves whose motions are unstable.
 //!
 //! Along a curve the abscissa, such as the frequency, turns back where a real Floquet multiplier
 //! passes 1. From a stable end, motions are therefore stable where the abscissa runs on in the
-//! direction of the branch, and unstable where it runs back. Two further multipliers beyond 1 read
-//! as stable; branch points, Neimark-Sacker bifurcations and period doubling leave no trace in the
-//! curve, and are not seen.
+//! direction of the branch, and unstable where it runs back. Branch points, Neimark-Sacker
+//! bifurcations and period doubling leave no trace in the curve: only the verdicts on its motions
+//! ([`crate::stability`]) show them. A verdict therefore counts before a fold.
 
 use crate::dlft::Response;
 use std::ops::Range;
@@ -13,18 +13,28 @@ use std::ops::Range;
 /// corners of a contact law that is sampled it may go back a little.
 const BACK: f64 = 1e-3;
 
-/// Part of a curve between two folds, or between a fold and an end.
+/// Part of a curve whose motions are all stable or all unstable, as far as is known. It ends at a
+/// fold, at a change of the verdict, or with its curve.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Section {
-    /// Positions of its points in the orbits of the response. A fold is the last point of one
-    /// section and the first one of the next.
+    /// Positions of its points in the orbits of the response. Two sections of one curve share a
+    /// point, which is a fold or the last stable point before a change of the verdict.
     pub points: Range<usize>,
-    /// True if the motions on it are stable.
+    /// False if its motions are unstable: by the verdict on the nearest judged motion of the section,
+    /// or where none was judged, by its place between two folds.
     pub is_stable: bool,
 }
 
 /// Sections of all curves of a response, in the order of its orbits.
 pub fn sections(response: &Response) -> Vec<Section> {
+    let between_folds = fold_sections(response);
+    let folds: Vec<usize> = shared_points(&between_folds).collect();
+    let split = |section| split_by_verdict(response, section, &folds);
+    between_folds.into_iter().flat_map(split).collect()
+}
+
+/// Parts of the curves between two folds, or between a fold and an end.
+fn fold_sections(response: &Response) -> Vec<Section> {
     let abscissa = |at: usize| response.abscissa(at);
     let abscissae = (0..response.orbits.len()).map(abscissa);
     let [low, high] = abscissae.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], at| {
@@ -62,36 +72,84 @@ pub fn sections(response: &Response) -> Vec<Section> {
     sections
 }
 
+/// Parts of a section between folds that the verdicts on its motions tell apart. A fold has a
+/// multiplier of 1, so that the verdict on it says nothing of either side.
+fn split_by_verdict(response: &Response, section: Section, folds: &[usize]) -> Vec<Section> {
+    let verdict = |at: usize| Some((at, response.orbits[at].stability.is_stable()?));
+    let judged = section.points.clone().filter(|at| !folds.contains(at));
+    let judged: Vec<(usize, bool)> = judged.filter_map(verdict).collect();
+    let Some(&(_, last)) = judged.last() else {
+        return vec![section];
+    };
+    let Range { mut start, end } = section.points;
+    let mut parts = Vec::new();
+    let changes = judged.windows(2).filter(|two| two[0].1 != two[1].1);
+    for [before, after] in changes.map(|two| [two[0], two[1]]) {
+        let (at, _) = if before.1 { before } else { after };
+        parts.push(Section {
+            points: start..at + 1,
+            is_stable: before.1,
+        });
+        start = at;
+    }
+    parts.push(Section {
+        points: start..end,
+        is_stable: last,
+    });
+    parts
+}
+
 /// Positions of the folds in the orbits of a response, ascending.
 pub fn folds(response: &Response) -> Vec<usize> {
-    fold_positions(&sections(response)).collect()
+    shared_points(&fold_sections(response)).collect()
 }
 
-/// Positions of the folds between sections.
-fn fold_positions(sections: &[Section]) -> impl Iterator<Item = usize> {
+/// Positions of the points that two sections share.
+fn shared_points(sections: &[Section]) -> impl Iterator<Item = usize> {
     let two = sections.windows(2);
     let joined = two.map(|two| [&two[0].points, &two[1].points]);
-    let folds = joined.filter(|[a, b]| a.end == b.start + 1);
-    folds.map(|[_, after]| after.start)
+    let shared = joined.filter(|[a, b]| a.end == b.start + 1);
+    shared.map(|[_, after]| after.start)
 }
 
-/// Stability of each motion of a response. A fold counts as stable.
-pub fn stable(response: &Response) -> Vec<bool> {
+/// Stability of each motion of a response as curves are drawn: that of its section. A point that two
+/// sections share counts as stable.
+pub fn stable_in_drawing(response: &Response) -> Vec<bool> {
     let mut stable = vec![true; response.orbits.len()];
     let sections = sections(response);
     for section in sections.iter().filter(|section| !section.is_stable) {
         stable[section.points.clone()].fill(false);
     }
-    for fold in fold_positions(&sections) {
-        stable[fold] = true;
+    for shared in shared_points(&sections) {
+        stable[shared] = true;
     }
     stable
+}
+
+/// Stability of each motion of a response: the verdict on it, or where there is none,
+/// `Some(false)` between two folds. `None` for other motions, of which nothing is known.
+pub fn stable(response: &Response) -> Vec<Option<bool>> {
+    let sections = fold_sections(response);
+    let mut is_back = vec![false; response.orbits.len()];
+    for section in sections.iter().filter(|section| !section.is_stable) {
+        is_back[section.points.clone()].fill(true);
+    }
+    for fold in shared_points(&sections) {
+        is_back[fold] = false;
+    }
+    let orbits = response.orbits.iter().zip(is_back);
+    let stable = orbits.map(|(orbit, is_back)| match orbit.outcome.has_motion() {
+        true => orbit.stability.is_stable().or(is_back.then_some(false)),
+        false => None,
+    });
+    stable.collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::dlft::made_up;
+    use crate::dlft::verdict::{Kind, Verdict};
     use crate::dlft::{Branch, Outcome};
 
     /// Response of branches through these frequencies; a branch is lost before each `None`.
@@ -120,7 +178,7 @@ mod tests {
 
     fn unstable(branches: &[&[Option<f64>]]) -> (Vec<usize>, Vec<usize>) {
         let response = response(branches);
-        let stable = stable(&response);
+        let stable = stable_in_drawing(&response);
         let unstable = (0..stable.len()).filter(|i| !stable[*i]).collect();
         (folds(&response), unstable)
     }
@@ -160,6 +218,49 @@ mod tests {
             Some(5.0),
         ];
         assert_eq!(unstable(&[&lost]), (vec![1], vec![2]));
+    }
+
+    /// Response of one branch with verdicts: `s` stable, `u` unstable, `.` not judged.
+    fn judged(frequencies: &[f64], verdicts: &str) -> Response {
+        let points: Vec<Option<f64>> = frequencies.iter().copied().map(Some).collect();
+        let mut response = response(&[&points]);
+        for (orbit, verdict) in response.orbits.iter_mut().zip(verdicts.chars()) {
+            orbit.stability.verdict = match verdict {
+                's' => Verdict::Stable,
+                'u' => Verdict::Unstable(Kind::PeriodDoubling),
+                _ => orbit.stability.verdict,
+            };
+        }
+        response
+    }
+
+    #[test]
+    fn a_verdict_counts_before_a_fold_and_reaches_to_the_next_verdict() {
+        let stable_of = |frequencies: &[f64], verdicts: &str| {
+            let response = judged(frequencies, verdicts);
+            let word = |stable: &Option<bool>| match stable {
+                Some(true) => 's',
+                Some(false) => 'u',
+                None => '.',
+            };
+            let known: String = stable(&response).iter().map(word).collect();
+            let drawn = stable_in_drawing(&response);
+            let drawn: String = drawn.iter().map(|s| if *s { 's' } else { 'u' }).collect();
+            (known, drawn)
+        };
+        let straight = [1.0, 2.0, 3.0, 4.0, 5.0];
+        let of = |verdicts| stable_of(&straight, verdicts);
+        let both = |known: &str, drawn: &str| (known.to_owned(), drawn.to_owned());
+        assert_eq!(of("....."), both(".....", "sssss"));
+        assert_eq!(of("s.u.s"), both("s.u.s", "suuus"));
+        assert_eq!(of(".u..."), both(".u...", "uuuuu"));
+        assert_eq!(of("ss.uu"), both("ss.uu", "ssuuu"));
+        // Folds at 4 and 2 Hz: the verdicts on them say nothing of what lies between.
+        let folded = [1.0, 4.0, 3.0, 2.0, 5.0];
+        let of = |verdicts| stable_of(&folded, verdicts);
+        assert_eq!(of("....."), both("..u..", "ssuss"));
+        assert_eq!(of("ss.ss"), both("ssuss", "ssuss"));
+        assert_eq!(of("s.s.u"), both("s.s.u", "ssssu"));
     }
 
     #[test]

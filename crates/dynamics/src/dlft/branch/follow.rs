@@ -119,6 +119,29 @@ impl SweepSolvers<'_> {
         vec![rising, falling]
     }
 
+    /// Follows the branch near a motion from its frequency towards both ends of these frequencies.
+    pub(super) fn followed_through(&self, near: &Orbit, asked_hz: &[f64]) -> Response {
+        let Course { from, to } = Course::spanning(asked_hz);
+        let level = self.refinement.level_of(near.harmonics);
+        let half = |to: f64, from_last: bool| {
+            let course = Course {
+                from: near.frequency_hz,
+                to,
+            };
+            let follower = Follower::new(self, None, course, asked_hz, from_last);
+            follower.begin_near(Neighbour::from_orbit(near, None), level)
+        };
+        let [mut rising, mut falling] = [half(to, false), half(from, true)];
+        if from == to {
+            rising.advance(None);
+            return assembled(vec![rising.branch]);
+        }
+        rayon::join(|| rising.advance(None), || falling.advance(None));
+        let mut whole = falling.branch.reversed();
+        whole.extend(rising.branch);
+        assembled(vec![whole])
+    }
+
     /// Peak of an observed amplitude on the branch near a motion; `None` where none is found. Its
     /// error is estimated: where it needs more harmonics, its peak with these is looked for from
     /// there.

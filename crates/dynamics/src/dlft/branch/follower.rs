@@ -96,6 +96,13 @@ impl<'b> Follower<'b> {
         new
     }
 
+    /// Begins the branch near a motion, on a level, in place of the static state.
+    pub(crate) fn begin_near(mut self, near: Neighbour, level: usize) -> Self {
+        self.guess = Some(near);
+        self.level = level;
+        self
+    }
+
     /// Quantity that the curve is followed over, for one step.
     fn parameter(&self) -> Box<dyn ContinuationParameter + 'b> {
         match self.values {

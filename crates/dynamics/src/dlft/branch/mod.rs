@@ -9,8 +9,8 @@
 //! branches (`followed`), one from each end of the range, are followed (`follower`) to where they meet
 //! (`follow`). Near a motion that is known, the curve is followed to its peak alone (`peak`).
 //!
-//! Two files read the finished curves and solve nothing: `folds` finds where they turn back,
-//! between which motions are unstable, and `several` the ranges of frequencies with several
+//! Two files read the finished curves and solve nothing: `folds` finds where they turn back and
+//! which parts are unstable, and `several` the ranges of frequencies with several
 //! motions.
 //!
 //! A run that was broken off goes on to the same bits. `follower` works in stretches of at least 20
@@ -32,13 +32,13 @@ mod several;
 mod trace;
 mod values;
 
-pub use folds::{Section, folds, sections, stable};
+pub use folds::{Section, folds, sections, stable, stable_in_drawing};
 pub use followed::partial_response;
 pub use peak::{Guess, estimated, peak_near};
 pub use values::{ModelAt, ModelOf, SeveralAt, ValueCurve, ValueRange, follow_over};
 
 use super::sweep::{SweepSettings, SweepSolvers};
-use super::{Response, SolvedFrequency, StaticState, SweepProgress};
+use super::{Orbit, Response, SolvedFrequency, StaticState, SweepProgress};
 use crate::damping::Rayleigh;
 use crate::problem::Problem;
 
@@ -64,6 +64,20 @@ pub fn follow(
     let run =
         SweepSolvers::new(problem, damping, static_state, settings, earlier, tell).along_a_curve();
     run.followed(&settings.frequencies_hz)
+}
+
+/// Follows the branch near a motion from its frequency towards both ends of those of the settings, until
+/// it leaves the range. Other branches are not looked for.
+pub(crate) fn follow_through(
+    problem: &Problem,
+    damping: Rayleigh,
+    static_state: &StaticState,
+    settings: &SweepSettings,
+    near: &Orbit,
+) -> Response {
+    let run =
+        SweepSolvers::new(problem, damping, static_state, settings, &[], &|_| ()).along_a_curve();
+    run.followed_through(near, &settings.frequencies_hz)
 }
 
 #[cfg(test)]

@@ -5,8 +5,8 @@ use maud::{Markup, html};
 use super::super::Contents;
 use super::super::frame::{card, line, table, unchecked};
 use crate::manifest::{
-    FlankMeshCheck, ObservedPeak, PlaceSummary, RankedBy, ResponseSummary, RunState, StressSummary,
-    TractionCheck, Verdict,
+    FlankMeshCheck, ObservedPeak, PeakStability, PlaceSummary, RankedBy, ResponseSummary, RunState,
+    StressSummary, TractionCheck, Verdict,
 };
 use crate::warning::{LARGE_ERROR, LARGE_STRESS_ERROR, Weight};
 use crate::words::{bounded, capital, cycle_counts, figure, percent, quantity, supported_digits};
@@ -258,6 +258,12 @@ fn trust(contents: &Contents<'_>, response: &ResponseSummary) -> Markup {
                     (quantity(two.other_amplitude_m, unit, 4)) "."
                 }))
             }
+            @if let Some(stability) = &response.first.peak_stability {
+                (is_stable(stability))
+            }
+            @for words in response.two_periods_words("m") {
+                (line(false, &html! { (capital(&words)) "." }))
+            }
             @match response.first.peak_estimated_error {
                 Some(error) => (small(error, LARGE_ERROR, "More harmonics and samples would change the peak by ", "an estimated")),
                 None if response.first.peak_amplitude_m.is_some() && contents.has_pairs() => {
@@ -301,6 +307,49 @@ fn trust(contents: &Contents<'_>, response: &ResponseSummary) -> Markup {
                 }
             }
         }
+    }
+}
+
+/// Line about the stability of the peak.
+fn is_stable(stability: &PeakStability) -> Markup {
+    let amplitude_at = |amplitude: f64, hz: f64| {
+        format!(
+            "{} at {}",
+            quantity(amplitude, "m", 4),
+            quantity(hz, "Hz", 6)
+        )
+    };
+    let stable = stability
+        .largest_stable_amplitude_m
+        .zip(stability.largest_stable_frequency_hz);
+    match (stability.instability_words(), &stability.not_judged) {
+        (Some(instability), _) => line(
+            false,
+            &html! {
+                "The peak is unstable (" (instability) "): the structure does not stay in this motion. "
+                @if let Some((amplitude, hz)) = stable {
+                    "The largest stable amplitude that was found is " (amplitude_at(amplitude, hz)) "."
+                } @else {
+                    "No stable motion was found."
+                }
+                @if let Some(departure) = &stability.departure {
+                    @let [least, most] = departure.amplitude_range_m.map(|a| quantity(a, "m", 4));
+                    " An integration in time over " (departure.periods)
+                    " periods from the peak had amplitudes of single periods from " (least) " to " (most) "."
+                }
+            },
+        ),
+        (None, Some(reason)) => unchecked(&html! { "is the peak stable? " (capital(reason)) "." }),
+        (None, None) => line(
+            true,
+            &html! {
+                "The peak is stable"
+                @if let Some(multiplier) = stability.floquet_multiplier {
+                    ": a small perturbation shrinks to " (figure(multiplier, 3)) " of itself in a period"
+                }
+                "."
+            },
+        ),
     }
 }
 

@@ -9,6 +9,7 @@ use crate::words::{figure, percent, quantity, short, text_or_dash};
 use dovetail_solver::description::EngineOrder;
 use dovetail_solver::dlft::Orbit;
 use dovetail_solver::results::quantities::phasors;
+use dovetail_solver::stability::Kind;
 
 pub(super) fn response(contents: &Contents<'_>) -> Markup {
     let Some(summary) = contents
@@ -26,8 +27,8 @@ pub(super) fn response(contents: &Contents<'_>) -> Markup {
                 "Amplitude is the largest departure from the mean in a period. The linear curve is without slip and separation. "
                 "The others add up so many harmonics (multiples of the frequency of the excitation)"
                 @if contents.has_pairs() { "; the band is the estimated error for those left out. " } @else { ". " }
-                @if !summary.folds.is_empty() {
-                    "Between two folds, where the curve is dashed, motions are unstable. "
+                @if !summary.folds.is_empty() || summary.unstable_points > 0 {
+                    "Where the curve is dashed, the motion is unstable: the structure leaves it. "
                 }
                 @if summary.traction_range.is_some() {
                     "The orange band is what the starting tractions were found to span. "
@@ -64,8 +65,44 @@ pub(super) fn response(contents: &Contents<'_>) -> Markup {
             h3 { "Phase lag of the first harmonic behind the force" }
             div #phase .chart {}
             @if !summary.peaks.is_empty() { (peaks(summary)) }
+            @if !summary.folds.is_empty() || !summary.bifurcations.is_empty() { (changes(summary)) }
             @if let Some(orbit) = contents.peak_orbit() { (harmonics(contents, orbit)) }
         }
+    }
+}
+
+/// Table of the turning points of the curve and of its other changes of stability.
+fn changes(summary: &ResponseSummary) -> Markup {
+    let folds = summary.folds.iter().map(|fold| {
+        let what = "turning point";
+        (fold.row, fold.frequency_hz, fold.amplitude_m, what)
+    });
+    let others = summary.bifurcations.iter().map(|change| {
+        let what = match change.kind {
+            Kind::Real => "branch point",
+            Kind::PeriodDoubling => "period doubling",
+            Kind::NeimarkSacker => "Neimark-Sacker bifurcation",
+        };
+        (
+            change.after_row,
+            change.frequency_hz,
+            change.amplitude_m,
+            what,
+        )
+    });
+    let mut rows: Vec<_> = folds.chain(others).collect();
+    rows.sort_by_key(|row| row.0);
+    html! {
+        h3 { "Where the curve turns back or loses its stability" }
+        (table(
+            "numbers",
+            rows,
+            &[
+                ("", &|row| row.3.to_owned()),
+                ("at", &|row| quantity(row.1, "Hz", 6)),
+                ("amplitude", &|row| text_or_dash(row.2, |a| quantity(a, "m", 4))),
+            ],
+        ))
     }
 }
 

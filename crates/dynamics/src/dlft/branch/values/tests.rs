@@ -1,6 +1,6 @@
 use super::*;
 use crate::contact::PairLaw;
-use crate::dlft::branch::{folds, follow, partial_response, stable};
+use crate::dlft::branch::{folds, follow, partial_response, stable_in_drawing};
 use crate::dlft::eps::Eps;
 use crate::dlft::made_up::{self, mass_with_a_stop, recorded};
 use crate::dlft::settings::{EpsChoice, Resolution};
@@ -109,7 +109,7 @@ fn over_the_force_and_over_the_frequency_are_the_same_motions() {
         let response = &curve.response;
         assert_eq!(response.curves().len(), 1);
         // The motion in the middle is the unstable one.
-        let stable = stable(response);
+        let stable = stable_in_drawing(response);
         for (i, orbit) in response.orbits.iter().enumerate() {
             if curve.values[i] == 0.1 {
                 let is_middle = (orbit.observed_amplitude[0] / found[1] - 1.0).abs() < 1e-6;
