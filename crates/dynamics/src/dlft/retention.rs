@@ -197,6 +197,11 @@ impl Retention {
         }
     }
 
+    /// Orthonormal tangential motions, n entries each.
+    pub(crate) fn motions(&self) -> &[Vec<f64>] {
+        &self.motions
+    }
+
     /// Stiffness of the spring, N/m.
     pub(crate) fn stiffness_n_m(&self) -> f64 {
         self.stiffness_n_m

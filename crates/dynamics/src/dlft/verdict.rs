@@ -56,9 +56,6 @@ pub enum Reason {
     /// The air acts on the blades.
     #[error("the air acts on the blades")]
     Influence,
-    /// A spring that only the mean feels retains the motion.
-    #[error("a spring retains the mean of the motion")]
-    Retained,
     /// A rigid pair lands: its impact turns small perturbations into large ones.
     #[error("a rigid pair opens and lands")]
     Landing,

@@ -22,12 +22,16 @@
 //! A rigid pair that sticks throughout has no displacement, and an elastic one is a constant spring.
 //! A rigid pair that slips has springs and dashpots so stiff that they no longer matter. One that opens
 //! and lands is not judged: the law says nothing of its rebound.
+//!
+//! Models of many pairs, with a retained mean or without mass in some direction are judged by steps in
+//! time of a few perturbations (`large`). There, rigid contact is a constraint.
 
 pub use self::two_periods::two_periods;
 pub use crate::dlft::verdict::{Kind, Reason, Stability, Verdict};
 
 mod equations;
 mod finer;
+mod large;
 mod monodromy;
 mod passage;
 #[cfg(test)]
@@ -52,9 +56,12 @@ const SHARE: f64 = 0.6;
 const LEAST: f64 = 1e-6;
 
 /// Judges a periodic motion of `problem` about its static state that a force excites, as the balance of
-/// one frequency gives it. The motion is solved again with more harmonics, until two in a row have one
-/// verdict. Each takes one product of matrices of twice the number of unknowns for each change of a
-/// pair, and some hundred where a pair slips.
+/// one frequency gives it.
+///
+/// The motion of a small model is solved again with more harmonics, until two in a row have one verdict.
+/// Each of them needs an exponential of a matrix of twice the number of unknowns for each change of a
+/// pair, and some hundred if a pair slips. A large model is judged with two numbers of steps in a
+/// period, and each step needs a factor of the equations of the pairs that slip and open.
 pub fn judge(
     problem: &Problem,
     damping: Rayleigh,
@@ -68,6 +75,24 @@ pub fn judge(
 }
 
 fn judged(
+    problem: &Problem,
+    damping: Rayleigh,
+    state: &StaticState,
+    orbit: &Orbit,
+) -> Result<Stability, Reason> {
+    if let Some(reason) = reason_against(problem, orbit) {
+        return Err(reason);
+    }
+    if orbit.mean == Mean::Retained {
+        return large::judged(problem, damping, orbit);
+    }
+    match judged_by_exponentials(problem, damping, state, orbit) {
+        Err(Reason::TooLarge | Reason::Massless) => large::judged(problem, damping, orbit),
+        found => found,
+    }
+}
+
+fn judged_by_exponentials(
     problem: &Problem,
     damping: Rayleigh,
     state: &StaticState,
@@ -139,9 +164,6 @@ fn reason_against(problem: &Problem, orbit: &Orbit) -> Option<Reason> {
     }
     if reduced.waves.excitation().is_some() {
         return Some(Reason::Waves);
-    }
-    if orbit.mean == Mean::Retained {
-        return Some(Reason::Retained);
     }
     let mut pairs = orbit.cycles.iter().zip(&problem.laws);
     let lands = pairs.any(|(cycle, law)| {

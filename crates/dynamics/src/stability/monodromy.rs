@@ -21,8 +21,8 @@ use std::f64::consts::TAU;
 const RIGID: f64 = 100.0;
 /// Ratio of critical damping of the dashpots that are parallel to these springs.
 const RIGID_DAMPING: f64 = 0.5;
-/// Largest number of operations for a monodromy matrix: about half a minute.
-const MOST_OPERATIONS: f64 = 5e10;
+/// Largest number of operations for a monodromy matrix: about a second.
+const MOST_OPERATIONS: f64 = 2e9;
 /// Products of matrices in an exponential, about.
 const PRODUCTS: f64 = 20.0;
 /// Instants nearer than this, in samples, are one.

@@ -12,18 +12,18 @@ use faer::Mat;
 use std::f64::consts::{PI, TAU};
 
 /// A mass of 1 kg on springs in three directions, with a damping of the mass, on one pair.
-struct Mass {
-    stiffness: [f64; 3],
-    damping: f64,
-    law: PairLaw,
-    steady: [f64; 3],
+pub(super) struct Mass {
+    pub(super) stiffness: [f64; 3],
+    pub(super) damping: f64,
+    pub(super) law: PairLaw,
+    pub(super) steady: [f64; 3],
     /// Force in phase with the cosine, and with the sine.
-    force: [[f64; 3]; 2],
-    omega: f64,
+    pub(super) force: [[f64; 3]; 2],
+    pub(super) omega: f64,
 }
 
 impl Mass {
-    fn problem(&self) -> Problem {
+    pub(super) fn problem(&self) -> Problem {
         let k = Mat::from_fn(3, 3, |i, j| if i == j { self.stiffness[i] } else { 0.0 });
         let model = ReducedModel::from_pair_matrices(k, Mat::identity(3, 3))
             .static_load(self.steady)
@@ -44,7 +44,7 @@ impl Mass {
         (orbit, stability)
     }
 
-    fn solved(&self, harmonics: usize) -> (Solved, Orbit, Stability) {
+    pub(super) fn solved(&self, harmonics: usize) -> (Solved, Orbit, Stability) {
         let problem = self.problem();
         let spec = DampingSpec::Rayleigh {
             stiffness_s: 0.0,
@@ -194,7 +194,7 @@ impl Mass {
 }
 
 /// The mass 1 m from a stop, or on one without clearance.
-fn stop(omega: f64, gap_m: f64, damping: f64) -> Mass {
+pub(super) fn stop(omega: f64, gap_m: f64, damping: f64) -> Mass {
     Mass {
         stiffness: [1.0, 2.3, 3.1],
         damping,
@@ -206,7 +206,7 @@ fn stop(omega: f64, gap_m: f64, damping: f64) -> Mass {
 }
 
 /// Twice the frequency of the free vibration of the mass on the stop without clearance.
-fn twice_the_resonance() -> f64 {
+pub(super) fn twice_the_resonance() -> f64 {
     let [open, closed] = [1.0, 11.0_f64.sqrt()];
     4.0 * open * closed / (open + closed)
 }
@@ -258,7 +258,7 @@ fn directions_without_unknowns_do_not_count() {
 }
 
 /// The mass pressed on the ground with 1 N.
-fn rubbing(law: PairLaw, force: [[f64; 3]; 2], omega: f64) -> Mass {
+pub(super) fn rubbing(law: PairLaw, force: [[f64; 3]; 2], omega: f64) -> Mass {
     Mass {
         stiffness: [1.0, 1.0, 1.4],
         damping: 0.02,
