@@ -111,6 +111,18 @@ impl Workspace<'_> {
         }
     }
 
+    /// Warns of motions that are unstable, which are some `of` a number.
+    fn warn_of_unstable<'o>(&self, of: &str, motions: impl Iterator<Item = &'o Orbit>) {
+        let unstable = motions.filter(|o| o.stability.is_stable() == Some(false));
+        let unstable = unstable.count();
+        if unstable > 0 {
+            let text = format!(
+                "{unstable} of {of} are unstable: the structure does not stay in these motions (columns stable and instability)"
+            );
+            self.reporter.warning(Weight::Wrong, text);
+        }
+    }
+
     /// Warns of large estimated errors of amplitudes. `name` is the name of these.
     fn warn_of_errors<'o>(
         &self,

@@ -157,6 +157,7 @@ impl Workspace<'_> {
         }
         let orbits = peaks.rows.iter().map(|row| &row.orbit);
         self.warn_of_missed(&format!("{} peaks{at}", peaks.rows.len()), orbits.clone());
+        self.warn_of_unstable(&format!("{} peaks{at}", peaks.rows.len()), orbits.clone());
         self.warn_of_errors(&format!("peaks{at}"), orbits, peaks.observation);
     }
 }

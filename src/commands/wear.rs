@@ -82,6 +82,7 @@ impl Workspace<'_> {
         }
         let motions = found.blocks.iter().flat_map(|block| &block.motions);
         self.warn_of_missed("the vibrations", motions.clone());
+        self.warn_of_unstable("the vibrations", motions.clone());
         self.warn_of_errors("amplitudes", motions, found.observation);
         if found
             .blocks

@@ -1,4 +1,4 @@
-//! Stability of the motions of a run, and what it says of unstable ones. A mass on a stop, excited at
+//! Stability of the motions of a run, and the warnings about unstable ones. A mass on a stop, excited at
 //! twice its nonlinear resonance, moves with twice the period of the excitation. Leapfrog integration
 //! over 2000 periods of 16,000 steps gives half ranges of 1.2732 m and 1.5364 m in alternate periods.
 

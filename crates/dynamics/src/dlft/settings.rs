@@ -103,7 +103,7 @@ pub enum EpsChoice {
     SpectralRadius,
 }
 
-/// Motions of a response whose stability is judged. Its words are those of scenes and of Python.
+/// Motions of a response whose stability is judged. Scenes and Python use the same words.
 ///
 /// ```
 /// use dovetail_dynamics::dlft::settings::StabilityScope;

@@ -32,12 +32,11 @@ pub struct Departure {
     pub(crate) doubled: Option<Orbit>,
 }
 
-/// Integrates in time from a motion that is made larger by 0.1 %, for so many periods or until `ends`
-/// returns `true`, at least for two. In a wave round a disc only the sectors that move alike are known:
-/// its motion is not integrated.
+/// Integrates in time from a motion that is made larger by 0.1 %, for at most `most_periods` periods, until
+/// `ends` returns `true`, and for two periods at least. Travelling waves on a disc are not integrated.
 ///
 /// # Errors
-/// See [`IntegrationError`]; [`IntegrationError::Influence`] also for a wave round a disc.
+/// See [`IntegrationError`]; [`IntegrationError::Influence`] also for a travelling wave.
 pub fn depart(
     problem: &Problem,
     damping: Rayleigh,
@@ -90,7 +89,7 @@ pub fn depart(
 /// to period, at which the motion has twice the period.
 const SETTLED: f64 = 0.05;
 
-/// Motion over the next two periods, if it has come to twice the period of `orbit`.
+/// Motion over the next two periods, if it repeats after them and not after one.
 fn doubled(stepper: &mut Stepper<'_>, state: &mut MotionState, orbit: &Orbit) -> Option<Orbit> {
     let instants = 2 * STEPS;
     let mut history: Vec<Vec<f64>> = Vec::with_capacity(instants + 1);

@@ -1,6 +1,7 @@
 //! Responses of twice the period of the excitation, to which a period doubling leads: harmonic balance
-//! with half the frequency, in which the excitation has even harmonics alone. The odd ones tell both
-//! periods apart. The motion that a perturbed response departs to in time is where the branch begins.
+//! with half the frequency. The excitation then has only even harmonics, and the odd harmonics of the
+//! motion distinguish its two periods. Integration in time from an unstable response gives the first
+//! motion of a branch.
 
 use super::judge;
 use crate::damping::Rayleigh;
@@ -17,10 +18,10 @@ use std::ops::Range;
 const SAME: f64 = 1e-3;
 
 /// Follows the response of twice the period to which an unstable `orbit` departs, from its frequency
-/// towards both ends of those of the settings, and judges its motions. The branch ends where its two
-/// periods become the same. The integration in time takes at most so many periods, or until `ends`
-/// returns `true`. `None` where it does not come to such a response, and for waves round a disc, whose
-/// odd harmonics have no whole number of diameters.
+/// towards the first and the last frequency of the settings, and judges its motions. The branch ends where
+/// its two periods become the same. The integration in time ends after `most_periods`, or when `ends`
+/// returns `true`. `None` if it does not reach such a response, and for travelling waves: an odd harmonic
+/// of half the frequency has no whole number of nodal diameters.
 pub fn two_periods(
     problem: &Problem,
     damping: Rayleigh,
@@ -86,7 +87,7 @@ fn is_doubled(orbit: &Orbit) -> bool {
     orbit.outcome.has_motion() && odd(orbit).fold(0.0, square) > SAME * SAME * whole
 }
 
-/// Coefficients of the odd harmonics of what is observed.
+/// Coefficients of the odd harmonics of the observed displacements.
 fn odd(orbit: &Orbit) -> impl Iterator<Item = &f64> {
     fn of_one(coefficients: &[f64]) -> impl Iterator<Item = &f64> {
         let parts = coefficients.get(1..).unwrap_or_default();

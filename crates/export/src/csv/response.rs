@@ -117,7 +117,7 @@ struct ResponseRow<'a> {
     orbit: Cow<'a, Orbit>,
 }
 
-/// Rows of a response, then those of its branches of twice the period.
+/// Rows of a response, followed by the rows of its branches of twice the period.
 fn rows(response: &Response) -> Vec<ResponseRow<'_>> {
     fn linear(of: &Response, at: usize) -> Option<&[f64]> {
         of.linear.get(at).map(|point| &point.observed_amplitude[..])

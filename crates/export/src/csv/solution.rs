@@ -19,7 +19,7 @@ pub(super) struct SolutionRow<'a> {
     pub(super) pairs: Option<&'a PairTable>,
 }
 
-/// Word of a verdict in a table; `None`: there is none.
+/// Word of a verdict in a table.
 pub(super) fn stability_word(is_stable: Option<bool>) -> &'static str {
     match is_stable {
         Some(true) => "yes",
@@ -28,7 +28,7 @@ pub(super) fn stability_word(is_stable: Option<bool>) -> &'static str {
     }
 }
 
-/// Columns of the stability of a motion besides `stable`.
+/// Columns of the stability of a motion after `stable`.
 pub(super) const STABILITY: &str = "instability floquet_multiplier floquet_argument_rad";
 
 impl<'a> SolutionRow<'a> {

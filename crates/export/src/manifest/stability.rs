@@ -80,7 +80,7 @@ impl TwoPeriodsSummary {
     }
 }
 
-/// Change of stability along a curve that is no fold.
+/// Change of stability along a curve other than a fold.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct BifurcationSummary {
     /// Row of response.csv before the change, 0 = first.

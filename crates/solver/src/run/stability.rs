@@ -291,7 +291,8 @@ impl Side {
     }
 }
 
-/// Positions of the motions of a response that a scope names, of a model with so many pairs, ascending.
+/// Positions of the motions of a response that a scope names, ascending. `pairs` is the number of pairs of
+/// the model.
 pub(super) fn points_to_judge(
     response: &Response,
     scope: StabilityScope,

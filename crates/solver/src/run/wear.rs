@@ -347,6 +347,7 @@ impl Wearing<'_, '_> {
             };
             session.check_running()?;
             self.sides.judge_orbit(&mut orbit);
+            at.judge(&mut orbit);
             if !orbit.outcome.has_motion() {
                 return Err(Error::SlidesTooFar { point: None });
             }

@@ -72,8 +72,8 @@ fn fold_sections(response: &Response) -> Vec<Section> {
     sections
 }
 
-/// Parts of a section between folds that the verdicts on its motions tell apart. A fold has a
-/// multiplier of 1, so that the verdict on it says nothing of either side.
+/// Parts of a section between folds whose verdicts differ. A fold has a multiplier of 1: its verdict
+/// holds for neither side.
 fn split_by_verdict(response: &Response, section: Section, folds: &[usize]) -> Vec<Section> {
     let verdict = |at: usize| Some((at, response.orbits[at].stability.is_stable()?));
     let judged = section.points.clone().filter(|at| !folds.contains(at));
@@ -112,7 +112,7 @@ fn shared_points(sections: &[Section]) -> impl Iterator<Item = usize> {
     shared.map(|[_, after]| after.start)
 }
 
-/// Stability of each motion of a response as curves are drawn: that of its section. A point that two
+/// Stability of each motion of a response as curves are drawn: its section gives it. A point that two
 /// sections share counts as stable.
 pub fn stable_in_drawing(response: &Response) -> Vec<bool> {
     let mut stable = vec![true; response.orbits.len()];
@@ -126,8 +126,8 @@ pub fn stable_in_drawing(response: &Response) -> Vec<bool> {
     stable
 }
 
-/// Stability of each motion of a response: the verdict on it, or where there is none,
-/// `Some(false)` between two folds. `None` for other motions, of which nothing is known.
+/// Stability of each motion of a response. A motion without a verdict is `Some(false)` between two folds
+/// and `None` elsewhere.
 pub fn stable(response: &Response) -> Vec<Option<bool>> {
     let sections = fold_sections(response);
     let mut is_back = vec![false; response.orbits.len()];

@@ -66,8 +66,8 @@ pub fn follow(
     run.followed(&settings.frequencies_hz)
 }
 
-/// Follows the branch near a motion from its frequency towards both ends of those of the settings, until
-/// it leaves the range. Other branches are not looked for.
+/// Follows the branch near a motion from its frequency towards the first and the last frequency of the
+/// settings, until it leaves the range. Other branches are not looked for.
 pub(crate) fn follow_through(
     problem: &Problem,
     damping: Rayleigh,
