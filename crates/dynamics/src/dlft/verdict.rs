@@ -56,8 +56,8 @@ pub enum Reason {
     /// The air acts on the blades.
     #[error("the air acts on the blades")]
     Influence,
-    /// A rigid pair lands: its impact turns small perturbations into large ones.
-    #[error("a rigid pair opens and lands")]
+    /// Rigid pairs land with much of the kinetic energy: their rebound would decide.
+    #[error("rigid pairs open and land with much of the kinetic energy")]
     Landing,
     /// Some displacement has no mass.
     #[error("the mass matrix is singular")]

@@ -20,11 +20,12 @@
 //! The motion is solved again with more harmonics (`finer`) until the verdict stays.
 //!
 //! A rigid pair that sticks throughout has no displacement, and an elastic one is a constant spring.
-//! A rigid pair that slips has springs and dashpots so stiff that they no longer matter. One that opens
-//! and lands is not judged: the law says nothing of its rebound.
+//! A rigid pair that slips has springs and dashpots so stiff that they no longer matter.
 //!
-//! Models of many pairs, with a retained mean or without mass in some direction are judged by steps in
-//! time of a few perturbations (`large`). There, rigid contact is a constraint.
+//! Models of many pairs, with rigid pairs that land, with a retained mean, or without mass in some
+//! direction are judged by steps in time of a few perturbations (`large`). There, rigid contact is a
+//! constraint, and a pair that lands does not rebound. The law says nothing of a rebound: a motion is
+//! not judged if the pairs that land have much of its energy.
 
 pub use self::two_periods::two_periods;
 pub use crate::dlft::verdict::{Kind, Reason, Stability, Verdict};
@@ -42,9 +43,11 @@ use crate::damping::Rayleigh;
 use crate::dlft::retention::Mean;
 use crate::dlft::{CycleStatus, Orbit, StaticState};
 use crate::problem::Problem;
+use dovetail_numerics::spectrum::Spectrum;
 use faer::c64;
 use finer::{Finer, finer};
 use monodromy::Resolution;
+use std::f64::consts::TAU;
 
 /// Angle to the negative real axis, or to the positive one, within which a multiplier lies on it, rad.
 const REAL: f64 = 1e-6;
@@ -52,6 +55,9 @@ const REAL: f64 = 1e-6;
 const MOST_LEVELS: usize = 3;
 /// Share of the distance from the unit circle by which two multipliers of one verdict may differ.
 const SHARE: f64 = 0.6;
+/// Share of the kinetic energy that landing rigid pairs may have. The law says nothing of their rebound,
+/// which must not matter.
+const REBOUND: f64 = 0.01;
 /// Least distance from the unit circle at which a motion is judged whose pairs change.
 const LEAST: f64 = 1e-6;
 
@@ -83,7 +89,7 @@ fn judged(
     if let Some(reason) = reason_against(problem, orbit) {
         return Err(reason);
     }
-    if orbit.mean == Mean::Retained {
+    if orbit.mean == Mean::Retained || landing(problem, orbit).next().is_some() {
         return large::judged(problem, damping, orbit);
     }
     match judged_by_exponentials(problem, damping, state, orbit) {
@@ -165,12 +171,35 @@ fn reason_against(problem: &Problem, orbit: &Orbit) -> Option<Reason> {
     if reduced.waves.excitation().is_some() {
         return Some(Reason::Waves);
     }
-    let mut pairs = orbit.cycles.iter().zip(&problem.laws);
-    let lands = pairs.any(|(cycle, law)| {
+    (share_of_landings(problem, orbit) > REBOUND).then_some(Reason::Landing)
+}
+
+/// Numbers of the rigid pairs that open and land.
+fn landing(problem: &Problem, orbit: &Orbit) -> impl Iterator<Item = usize> {
+    let pairs = orbit.cycles.iter().zip(&problem.laws).enumerate();
+    pairs.filter_map(|(pair, (cycle, law))| {
         let opens = matches!(cycle.status, CycleStatus::Opening | CycleStatus::Closing);
-        opens && law.stiffness.is_none()
-    });
-    lands.then_some(Reason::Landing)
+        (opens && law.stiffness.is_none()).then_some(pair)
+    })
+}
+
+/// Most kinetic energy of the rigid pairs that land, by their own masses and normal velocities, over
+/// the mean kinetic energy of the motion.
+fn share_of_landings(problem: &Problem, orbit: &Orbit) -> f64 {
+    let motion = Spectrum::new(&orbit.x, orbit.harmonics);
+    let energy = |pair: usize| {
+        let normal = 3 * pair;
+        let rates = (1..=orbit.harmonics)
+            .map(|k| k as f64 * motion.cosine(k)[normal].hypot(motion.sine(k)[normal]));
+        let velocity = TAU * orbit.frequency_hz * rates.sum::<f64>();
+        0.5 * problem.reduced.mass[(normal, normal)] * velocity * velocity
+    };
+    let landing: f64 = landing(problem, orbit).map(energy).sum();
+    if landing > 0.0 {
+        landing / orbit.kinetic_energy_j
+    } else {
+        0.0
+    }
 }
 
 fn verdict_of(multiplier: c64) -> Verdict {

@@ -35,10 +35,10 @@ use crate::problem::Problem;
 use crate::problem::dynamic_stiffness::ContactSystem;
 use bodies::{Bodies, PairLaws};
 use dovetail_numerics::fourier::Fourier;
-use faer::Mat;
+use faer::{Mat, c64};
 use period::Period;
 use rayon::prelude::*;
-use states::{Ritz, States};
+use states::States;
 use std::f64::consts::TAU;
 use step_laws::{SAMPLES, StepLaw};
 use turns::Mobility;
@@ -51,10 +51,12 @@ const STEPS_OF_MODE: f64 = 3.0;
 const WIDTH: usize = 16;
 /// Most periods that a block goes through.
 const MOST_PERIODS: usize = 8;
-/// Distance from the unit circle below which a multiplier that is not found is too near it.
-const NEAR: f64 = 0.01;
-/// Perturbations that have decayed to this share of the largest one are left out.
-const DECAYED: f64 = 1e-4;
+/// A pair sticks if it slides in a period by less than this fraction of its elastic displacement at the
+/// limit of friction. Its memory decays so slowly that it would hide the other multipliers.
+const HARDLY: f64 = 0.1;
+/// Perturbations that have decayed to this share of the largest one in a period are left out, and those
+/// that the next resolution begins with.
+const DECAYED: [f64; 2] = [1e-4, 0.03];
 
 /// Judges a motion.
 pub(super) fn judged(
@@ -76,17 +78,19 @@ pub(super) fn judged(
         });
     }
     let start = States::start(period.bodies(), WIDTH);
-    let (mut last, mut space) = largest(&period, start)?;
     let mut names = period.bodies().names();
+    let mut last = largest(&period, start, [DECAYED[0]; 2])?;
     for _ in 0..MOST_LEVELS {
         steps *= 2;
         let period = model.period(steps, 1.0)?;
-        let (next, next_space) = largest(&period, space.renamed(&names, &period.bodies().names()))?;
-        if agree(last.multiplier, next.multiplier) {
+        let known = std::mem::replace(&mut names, period.bodies().names());
+        let start = last.images.renamed(&known, &names);
+        let next = largest(&period, start, DECAYED)?;
+        let are_found = last.is_found && next.is_found;
+        if are_found && agree(last.multiplier, next.multiplier) {
             return Ok(of_multiplier(next.multiplier, true));
         }
-        (last, space) = (next, next_space);
-        names = period.bodies().names();
+        last = next;
     }
     Ok(of_multiplier(last.multiplier, false))
 }
@@ -112,7 +116,7 @@ impl Model<'_> {
         } else {
             excited
         };
-        STEPS * (periods.ceil() as usize).max(1)
+        STEPS * (periods.round() as usize).max(1)
     }
 
     /// Period in steps, with the eps of rigid pairs times a factor.
@@ -132,11 +136,15 @@ impl Model<'_> {
         let system = ContactSystem::new(self.problem, self.damping);
         let eps = Eps::new(EpsChoice::Dynamic).values(&system, self.omega(), orbit.harmonics);
         let mobility = Mobility::new(self.problem, orbit);
+        let own = self.problem.reduced.diagonal_stiffness();
         let of = |number: usize| {
             let law = &self.problem.laws[number];
             match orbit.cycles[number].status {
                 CycleStatus::Open => return PairLaws::Open,
                 CycleStatus::Stuck => return PairLaws::Stuck,
+                CycleStatus::Slipping if self.hardly_slips(number, own[3 * number + 1]) => {
+                    return PairLaws::Stuck;
+                }
                 CycleStatus::Slipping | CycleStatus::Opening | CycleStatus::Closing => {}
             }
             let eps = [0, 1].map(|c| eps_scale * eps[3 * number + c]);
@@ -158,6 +166,18 @@ impl Model<'_> {
         (0..orbit.cycles.len()).into_par_iter().map(of).collect()
     }
 
+    /// Returns `true` if a pair with this stiffness of the bodies, N/m, slides by hardly more than nothing
+    /// beside its elastic displacement at the limit of friction.
+    fn hardly_slips(&self, number: usize, own_n_m: f64) -> bool {
+        let (cycle, law) = (&self.orbit.cycles[number], &self.problem.laws[number]);
+        let stiffness = match law.stiffness {
+            Some(s) => 1.0 / (1.0 / own_n_m + 1.0 / s.tangential_n_m),
+            None => own_n_m,
+        };
+        let limit_n = law.computed_friction() * cycle.compression_mean_n;
+        stiffness * cycle.slid_m < HARDLY * limit_n
+    }
+
     /// Motions that nothing holds but a spring on their means. The displacements along them do not
     /// change the motion, and do not count.
     fn neutral(&self, bodies: &Bodies) -> Mat<f64> {
@@ -171,24 +191,41 @@ impl Model<'_> {
     }
 }
 
-/// Largest multiplier of a period, by the space that these perturbations come to, and their images.
-fn largest(period: &Period, start: States) -> Result<(Ritz, States), Reason> {
+/// Largest multiplier of a period.
+struct Found {
+    multiplier: c64,
+    /// True if its residual is small enough.
+    is_found: bool,
+    /// Images of the space that the perturbations came to.
+    images: States,
+}
+
+/// Largest multiplier of a period, by the space that these perturbations come to.
+fn largest(
+    period: &Period,
+    start: States,
+    [least, mut at_start]: [f64; 2],
+) -> Result<Found, Reason> {
     let weights = period.bodies().weights();
     let mut images = start;
-    let mut distance = 0.0;
+    let mut multiplier = c64::ZERO;
     for _ in 0..MOST_PERIODS {
-        let basis = images.orthonormal(&weights, DECAYED);
+        let basis = images.orthonormal(&weights, std::mem::replace(&mut at_start, least));
         let basis = basis.ok_or(Reason::NotFound)?;
         images = period.advance(&basis);
         let ritz = basis.ritz(&images, &weights)?;
-        distance = (ritz.multiplier.norm() - 1.0).abs();
-        if ritz.residual < 0.25 * SHARE * distance {
-            return Ok((ritz, images));
+        multiplier = ritz.multiplier;
+        if ritz.residual < 0.25 * SHARE * (multiplier.norm() - 1.0).abs() {
+            return Ok(Found {
+                multiplier,
+                is_found: true,
+                images,
+            });
         }
     }
-    Err(if distance < NEAR {
-        Reason::TooNear
-    } else {
-        Reason::NotFound
+    Ok(Found {
+        multiplier,
+        is_found: false,
+        images,
     })
 }
