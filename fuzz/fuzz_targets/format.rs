@@ -11,7 +11,7 @@ libfuzzer_sys::fuzz_target!(|bytes: &[u8]| limits::hold(bytes, read));
 
 fn read(bytes: &[u8]) {
     let none = |_: &str| Err(MeshError::NoBytes);
-    let endings = ["msh", "inp", "vtu", "bdf", "stl", "med", ""];
+    let endings = ["msh", "inp", "vtu", "cdb", "bdf", "stl", "med", ""];
     let ending = endings[bytes.len() % endings.len()];
     let name = format!("mesh.{ending}");
     checks::content(formats::parse(bytes, &name, &mut { none }));

@@ -138,8 +138,8 @@ pub(super) fn implausible_material(spec: &BodySpec, material: Material) -> Optio
         return Some(doubtful.told + meant);
     };
     Some(format!(
-        "{}: check `units` of the mesh, whose material it is (\"mm-t-s\" for a deck in mm, t, s, MPa; \"m-kg-s\" for \
-         one in SI units)",
+        "{}: check `units` of the mesh, whose material it is (\"mm-t-s\" for a file in mm, t, s, MPa; \"m-kg-s\" for \
+         one in SI units; \"in-lbf-s\" for one in inches and psi)",
         doubtful.told
     ))
 }

@@ -48,7 +48,11 @@ pub fn example(section: &str, key: &str) -> &'static str {
 }
 
 /// Words of [`Units::SYSTEMS`].
-pub const UNITS: [&str; 2] = [Units::SYSTEMS[0].0, Units::SYSTEMS[1].0];
+pub const UNITS: [&str; 3] = [
+    Units::SYSTEMS[0].0,
+    Units::SYSTEMS[1].0,
+    Units::SYSTEMS[2].0,
+];
 
 /// Sections: the top of the file, then the tables in the order in which they are usually written.
 const SECTIONS: [SceneSection; 18] = [
@@ -157,14 +161,15 @@ section! {
             "{ nu = 4, nv = 9, order = 2 }";
         file: Text("path of a mesh"), "- or `geometry`",
             "of a [format that is read](how-to/own_mesh.md): MSH, a deck of Abaqus or CalculiX, \
-             VTU",
+             an archive of Ansys, VTU",
             "\"../meshes/dovetail.msh\"";
         metres_per_unit: Number("m", Limits::POSITIVE), "- or `units`",
             "1e-3 for a mesh in millimetres",
             "1e-3  # the mesh is in millimetres";
         units: Choice(&UNITS), "- or `metres_per_unit`",
             "`\"m-kg-s\"`: metre, kilogram, second (Pa, kg/m3); `\"mm-t-s\"`: millimetre, tonne, \
-             second (MPa, t/mm3). What the lengths of the mesh are in, and the materials of a deck",
+             second (MPa, t/mm3); `\"in-lbf-s\"`: inch, pound-force, second (psi, lbf s2/in4). What \
+             the lengths of the mesh are in, and the materials of its file",
             "\"mm-t-s\"";
     }
 }
@@ -184,7 +189,7 @@ section! {
             "of `mesh_file`",
             "1e-3  # the mesh is in millimetres";
         units: Choice(&UNITS), "those of `[mesh]`",
-            "`\"m-kg-s\"` or `\"mm-t-s\"`, of `mesh_file`, as in `[mesh]`",
+            "`\"m-kg-s\"`, `\"mm-t-s\"` or `\"in-lbf-s\"`, of `mesh_file`, as in `[mesh]`",
             "\"mm-t-s\"";
         copy_of: Text("name of a body"), "none",
             "takes the mesh of a body above, in its place, and all keys of that body that are not \
@@ -206,7 +211,7 @@ section! {
             "volume group; each body of a mesh has its own",
             "\"blade\"  # a physical volume of the mesh";
         material: Text("name of a material"), "the one that the mesh gives to the volume",
-            "a material of a deck, in place of `young_pa`, `poisson` and `density_kg_m3`; it needs \
+            "a material of the mesh file, in place of `young_pa`, `poisson` and `density_kg_m3`; it needs \
              `units`",
             "\"TITANIUM\"";
         young_pa: Number("Pa", Limits::POSITIVE), "- or `material`, or `stiffness_file`",

@@ -317,7 +317,7 @@ fn matrices(
     let mass_path = checker.text(at, "mass_file", &raw.mass_file);
     let units = units_of(mesh?, context)?;
     if units.stress_pa_and_density_kg_m3().is_none() {
-        let remedy = "give `units` (\"m-kg-s\" or \"mm-t-s\") of the mesh in place of metres_per_unit: the matrices are \
+        let remedy = "give `units` (\"m-kg-s\", \"mm-t-s\" or \"in-lbf-s\") of the mesh in place of metres_per_unit: the matrices are \
                       in the same units, and a length alone says nothing about forces and masses";
         checker.note_missing_partner(at, "stiffness_file", "units", stiffness.span(), remedy);
         return None;
@@ -383,7 +383,7 @@ fn material(
         if let Some(original) = original {
             return Some(original.clone());
         }
-        if is_deck(raw, context) {
+        if may_have_materials(raw, context) {
             return Some(MaterialSpec::OfMesh(None));
         }
     }
@@ -404,14 +404,20 @@ fn material(
     })
 }
 
-/// Returns `true` if the mesh of a body is a deck by its name. Decks are the only format with
-/// materials.
-fn is_deck(raw: &RawBody, context: &Context) -> bool {
+/// Endings of mesh files that may have materials: decks and archives of Ansys.
+const WITH_MATERIALS: [&str; 3] = ["inp", "cdb", "dat"];
+
+/// Returns `true` if the mesh of a body may have materials, by the ending of its name.
+fn may_have_materials(raw: &RawBody, context: &Context) -> bool {
     let shared = context.scene.mesh.as_ref();
     let shared = shared.and_then(|mesh| mesh.get_ref().file.as_ref());
     let file = raw.mesh_file.as_ref().or(shared);
     let ending = file.and_then(|file| Path::new(file.get_ref()).extension());
-    ending.is_some_and(|ending| ending.eq_ignore_ascii_case("inp"))
+    ending.is_some_and(|ending| {
+        WITH_MATERIALS
+            .iter()
+            .any(|known| ending.eq_ignore_ascii_case(known))
+    })
 }
 
 /// Names of groups; an empty name is a fault.

@@ -285,7 +285,7 @@ impl Content {
     }
 
     /// Name of a group of everything: [`ALL`], or `other` where that is taken.
-    fn free_name(&self, other: &str) -> String {
+    pub(super) fn free_name(&self, other: &str) -> String {
         let name = if self.groups.contains_key(ALL) {
             other
         } else {

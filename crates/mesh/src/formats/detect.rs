@@ -6,6 +6,9 @@ use std::path::Path;
 use super::msh2;
 use crate::MeshError;
 
+/// Bytes at the beginning of a file that are searched for words.
+const HEAD: usize = 4000;
+
 /// Format that is read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
@@ -16,6 +19,8 @@ pub enum Format {
     Msh2,
     /// A deck of Abaqus or CalculiX.
     Deck,
+    /// An archive of Ansys Mechanical APDL, or an input file in its form.
+    Ansys,
     /// VTK's XML file of an unstructured grid.
     Vtu,
 }
@@ -29,7 +34,7 @@ pub fn detect(bytes: &[u8], name: &str) -> Result<Format, MeshError> {
     if bytes.trim_ascii().is_empty() {
         return Err(MeshError::NoBytes);
     }
-    let head = String::from_utf8_lossy(&bytes[..bytes.len().min(4000)]).into_owned();
+    let head = String::from_utf8_lossy(&bytes[..bytes.len().min(HEAD)]).into_owned();
     let start = head.trim_start();
     if let Some(version) = version_of_msh(bytes) {
         return Ok(match msh2::is_version_2(version) {
@@ -40,6 +45,9 @@ pub fn detect(bytes: &[u8], name: &str) -> Result<Format, MeshError> {
     if start.starts_with("<VTKFile") || (start.starts_with("<?xml") && head.contains("<VTKFile")) {
         return Ok(Format::Vtu);
     }
+    if is_archive(bytes) {
+        return Ok(Format::Ansys);
+    }
     let other = match first_keyword(bytes) {
         Some(keyword) if keyword.to_ascii_uppercase().starts_with(b"KEYWORD") => Other::LsDyna,
         Some(_) => return Ok(Format::Deck),
@@ -48,7 +56,11 @@ pub fn detect(bytes: &[u8], name: &str) -> Result<Format, MeshError> {
                 return Err(Other::Pointer.error(name));
             }
             let by_name = detect_name(name);
-            if detect_content(bytes, &head).is_none() && is_deck_below_text(bytes) {
+            let is_text = detect_content(bytes, &head).is_none();
+            if is_text && has_ending(name, &["cdb"]) {
+                return Ok(Format::Ansys);
+            }
+            if is_text && is_deck_below_text(bytes) {
                 return Ok(Format::Deck);
             }
             let by_content = detect_content(bytes, &head).filter(|found| {
@@ -72,6 +84,25 @@ fn version_of_msh(bytes: &[u8]) -> Option<f64> {
         .next()
         .and_then(|word| word.parse().ok());
     Some(version.unwrap_or(f64::NAN))
+}
+
+/// Returns `true` for an archive of Ansys, which has blocks of nodes or elements, or for another
+/// input file that begins as its files do.
+fn is_archive(bytes: &[u8]) -> bool {
+    let begins = |line: &[u8], words: &[&[u8]]| {
+        let line = line.trim_ascii_start();
+        words.iter().any(|word| {
+            let start = line.get(..word.len());
+            start.is_some_and(|start| start.eq_ignore_ascii_case(word))
+        })
+    };
+    let head = &bytes[..bytes.len().min(HEAD)];
+    let mut lines = bytes.split(|b| *b == b'\n');
+    let mut of_head = head.split(|b| *b == b'\n');
+    // The geometry that CDWRITE writes to a file of its own begins with the same commands.
+    lines.any(|line| begins(line, &[b"NBLOCK,", b"EBLOCK,"]))
+        || of_head.any(|line| begins(line, &[b"/PREP7", b"/COM,ANSYS", b"/BATCH"]))
+            && !is_iges(bytes)
 }
 
 /// Returns `true` if text without a keyword precedes the lines of a deck; CalculiX skips it.
@@ -113,7 +144,6 @@ enum Other {
     OldMsh,
     GmshScript,
     Nastran,
-    Ansys,
     Universal,
     Med,
     Geometry,
@@ -138,7 +168,6 @@ impl Other {
             Self::OldMsh => "a Gmsh mesh of version 1",
             Self::GmshScript => "a Gmsh script",
             Self::Nastran => "a Nastran deck",
-            Self::Ansys => "an archive of Ansys Mechanical APDL",
             Self::Universal => "an I-DEAS universal file",
             Self::Med => "a MED file of SALOME",
             Self::Geometry => "a geometry (STEP, IGES or BREP) and no mesh",
@@ -170,9 +199,6 @@ impl Other {
             Self::Pointer => "fetch the file: `git lfs pull`".to_owned(),
             Self::Universal => format!(
                 "convert it with its groups: `gmsh -0 {file} -format msh41 -o {stem}.msh`, or write a deck of Abaqus in the program that made it"
-            ),
-            Self::Ansys => format!(
-                "convert it with its components by the Python package mapdl-archive: `mapdl_archive.Archive(\"{file}\").grid.save(\"{stem}.vtu\")`"
             ),
             Self::LsDyna => format!(
                 "convert it with its parts by the Python package lsdyna-mesh-reader: `lsdyna_mesh_reader.Deck(\"{file}\").to_grid().save(\"{stem}.vtu\")`"
@@ -232,9 +258,6 @@ fn detect_content(bytes: &[u8], head: &str) -> Option<Other> {
     let lines = || head.lines().map(str::trim_start);
     let is_line =
         |words: &[&str]| lines().any(|line| words.iter().any(|word| line.starts_with(word)));
-    if is_line(&["/PREP7", "/COM,ANSYS", "NBLOCK,"]) {
-        return Some(Other::Ansys);
-    }
     if is_line(&["BEGIN BULK", "CEND", "GRID,", "GRID  ", "GRID* "]) {
         return Some(Other::Nastran);
     }
@@ -249,13 +272,20 @@ fn is_iges(bytes: &[u8]) -> bool {
     line.len() == 80 && line[72] == b'S' && line[73..].trim_ascii() == b"1"
 }
 
+/// Returns `true` if the name has one of these endings.
+fn has_ending(name: &str, endings: &[&str]) -> bool {
+    let ending = Path::new(name)
+        .extension()
+        .and_then(|ending| ending.to_str());
+    ending.is_some_and(|ending| endings.iter().any(|e| e.eq_ignore_ascii_case(ending)))
+}
+
 /// Format that the ending of the name indicates.
 fn detect_name(name: &str) -> Option<Other> {
     let ending = Path::new(name).extension()?.to_str()?.to_lowercase();
     Some(match ending.as_str() {
         "geo" | "geo_unrolled" => Other::GmshScript,
         "bdf" | "nas" | "dat" | "fem" => Other::Nastran,
-        "cdb" => Other::Ansys,
         "unv" => Other::Universal,
         "med" => Other::Med,
         "step" | "stp" | "igs" | "iges" | "brep" => Other::Geometry,
@@ -384,10 +414,6 @@ mod tests {
             => convert it: `awk '/^        /{p=
             unknown => wheel.NAS => a Nastran deck => write a deck of Abaqus
             unknown => wheel.dat => a Nastran deck => gmsh
-            /COM,ANSYS\n/PREP7\n => b.txt => an archive of Ansys
-            => `mapdl_archive.Archive("b.txt").grid.save("b.vtu")`
-            !\nNBLOCK,6,SOLID\n => b.cdb => an archive of Ansys => mapdl-archive
-            unknown => b.cdb => an archive of Ansys => mapdl-archive
             unknown => c.unv => an I-DEAS universal file => gmsh
             unknown => e.exo => an Exodus file => meshio
             ISO-10303-21;\n => f.step => a geometry (STEP, IGES or BREP) and no mesh

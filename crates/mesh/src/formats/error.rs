@@ -109,7 +109,7 @@ pub enum MeshError {
     #[error("this is {what}, which is not read; {remedy}")]
     OtherFormat { what: &'static str, remedy: String },
     #[error(
-        "the format of the mesh is not known: read are Gmsh's MSH 4 and 2, decks of Abaqus and CalculiX (.inp) and VTU; many programs write one of them, and `meshio convert mesh.xyz mesh.vtu` converts others"
+        "the format of the mesh is not known: read are Gmsh's MSH 4 and 2, decks of Abaqus and CalculiX (.inp), archives of Ansys (.cdb) and VTU; many programs write one of them, and `meshio convert mesh.xyz mesh.vtu` converts others"
     )]
     UnknownFormat,
     #[error("{place}: {error}")]
@@ -130,6 +130,24 @@ pub enum MeshError {
     )]
     NotWrittenOut { keyword: String },
     #[error(
+        "{command} makes, moves or removes nodes and elements by a rule, which is not read: let Mechanical APDL read the file and write the mesh by `CDWRITE,DB,part,cdb`"
+    )]
+    ArchiveNotWrittenOut { command: String },
+    #[error(
+        "`{found}` is not the format of a block, such as (3i9,6e21.13e3): write the archive again by CDWRITE"
+    )]
+    BlockFormat { found: String },
+    #[error(
+        "the number {number} of a component ends no range: a negative number must follow a smaller positive one"
+    )]
+    ComponentRange { number: i64 },
+    #[error("an element has {found} fields and needs {needed}")]
+    ElementFields { needed: usize, found: usize },
+    #[error(
+        "there is no coordinate system {number}, or none of a kind that is read (rectangular, cylindrical, spherical)"
+    )]
+    UnknownSystem { number: u64 },
+    #[error(
         "nodes in the system `{found}` are not read, only rectangular (R) and cylindrical (C) ones: write the deck out in rectangular coordinates"
     )]
     NodeSystem { found: String },
@@ -148,7 +166,7 @@ pub enum MeshError {
         nodes: usize,
     },
     #[error(
-        "elements of types {kinds} are neither solids nor surfaces, and the deck has no others; read are {read}"
+        "elements of types {kinds} are neither solids nor surfaces, and the file has no others; read are {read}"
     )]
     NothingRead { kinds: String, read: &'static str },
     #[error("element {element} has {found} nodes, and type {kind} has {expected}")]

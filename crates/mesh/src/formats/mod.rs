@@ -2,13 +2,14 @@
 //! [`Mesh`](crate::Mesh).
 //!
 //! [`detect`](fn@detect) finds the format. Each has a reader: [`msh`] and [`msh2`] for Gmsh's
-//! files, [`deck`] for decks of Abaqus and CalculiX, [`vtu`] for VTK's. [`surface_field`] reads
+//! files, [`deck`] for decks of Abaqus and CalculiX, [`ansys`] for archives of Ansys, [`vtu`] for VTK's. [`surface_field`] reads
 //! forces or pressures at points.
 //!
 //! Files come from outside: a reader compares sizes that a file announces with its length, names
 //! the line or the section of an error, and never panics. A new format of meshes is a file here
 //! that gives a [`Content`], a name in `detect.rs`, and a target in `fuzz`.
 
+pub mod ansys;
 mod collapse;
 mod content;
 pub mod deck;
@@ -17,12 +18,18 @@ mod error;
 #[cfg(test)]
 mod fixtures;
 pub mod gmsh_order;
+mod middles;
 pub mod msh;
 pub mod msh2;
+mod named_groups;
+mod numbered;
 mod numbers;
 mod plain;
 mod sections;
+mod source;
 pub mod surface_field;
+mod systems;
+mod tally;
 pub mod vtu;
 
 pub use content::{Content, FileMaterial};
@@ -44,6 +51,7 @@ pub fn parse(
         Format::Msh4 => msh::parse(bytes),
         Format::Msh2 => msh2::parse(bytes),
         Format::Deck => deck::parse(bytes, include),
+        Format::Ansys => ansys::parse(bytes, include),
         Format::Vtu => vtu::parse(bytes),
     }
 }

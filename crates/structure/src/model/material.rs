@@ -67,16 +67,16 @@ fn mesh_material(found: &MeshMaterial, body: &str) -> Result<Material, ModelErro
         reason,
     };
     if !found.has_units {
-        let reason = "its units are not known: give `units` (\"m-kg-s\" or \"mm-t-s\") in place of metres_per_unit";
+        let reason = "its units are not known: give `units` (\"m-kg-s\", \"mm-t-s\" or \"in-lbf-s\") in place of metres_per_unit";
         return Err(wrong(reason.to_owned()));
     }
     let given = |value: Option<f64>, what: &str| {
         value.ok_or_else(|| wrong(format!("the mesh file gives it no {what}: add it there")))
     };
     let material = Material {
-        young_pa: given(found.young_pa, "isotropic Young's modulus (*ELASTIC)")?,
-        poisson: given(found.poisson, "Poisson's ratio (*ELASTIC)")?,
-        density_kg_m3: given(found.density_kg_m3, "density (*DENSITY)")?,
+        young_pa: given(found.young_pa, "isotropic Young's modulus (*ELASTIC, EX)")?,
+        poisson: given(found.poisson, "Poisson's ratio (*ELASTIC, NUXY)")?,
+        density_kg_m3: given(found.density_kg_m3, "density (*DENSITY, DENS)")?,
     };
     let positive = |value: f64| value.is_finite() && value > 0.0;
     if !positive(material.young_pa) || !positive(material.density_kg_m3) {

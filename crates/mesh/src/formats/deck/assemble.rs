@@ -5,7 +5,9 @@ use std::rc::Rc;
 
 use super::super::collapse;
 use super::super::content::{Content, FileMaterial};
-use super::lines::DeckFiles;
+use super::super::named_groups::{NamedGroups, Origin};
+use super::super::source::SourceFiles;
+
 use super::read::{Deck, DeckMaterial};
 use super::resolve::{DeckModel, What, omitted_count_text};
 use super::scope::{DeckSection, DeckSurface, SurfaceLine, SurfaceOf, key};
@@ -23,38 +25,11 @@ enum ElementPosition {
     Aside,
 }
 
-/// Origin of a group. Of groups with one name the first in this order keeps it, and the others get
-/// their [`Origin::suffix`].
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-enum Origin {
-    Instance,
-    Solids,
-    Surface,
-    Shells,
-    Lines,
-    NodeSet,
-    NodeSurface,
-}
-
-impl Origin {
-    fn suffix(self) -> &'static str {
-        match self {
-            Self::Instance => " (instance)",
-            Self::Solids => " (elements)",
-            Self::Surface => " (surface)",
-            Self::Shells => " (shells)",
-            Self::Lines => " (lines)",
-            Self::NodeSet => " (nodes)",
-            Self::NodeSurface => " (node surface)",
-        }
-    }
-}
-
 /// Makes the content of a deck.
 ///
 /// # Errors
 /// Sets, surfaces and sections that name what is not there.
-pub(super) fn assemble(deck: &Deck, files: &DeckFiles) -> Result<Content, MeshError> {
+pub(super) fn assemble(deck: &Deck, files: &SourceFiles) -> Result<Content, MeshError> {
     let mut assembly = ContentBuilder {
         model: DeckModel::new(deck, files)?,
         content: Content {
@@ -63,7 +38,7 @@ pub(super) fn assemble(deck: &Deck, files: &DeckFiles) -> Result<Content, MeshEr
         },
         places: Vec::new(),
         collapsed: HashMap::new(),
-        found: BTreeMap::new(),
+        found: NamedGroups::default(),
         face_counts: None,
     };
     assembly.nodes();
@@ -76,9 +51,6 @@ pub(super) fn assemble(deck: &Deck, files: &DeckFiles) -> Result<Content, MeshEr
     assembly.finish(deck)
 }
 
-/// Name as it is shown, and groups by their origin.
-type Found = (String, BTreeMap<Origin, Group>);
-
 struct ContentBuilder<'a> {
     model: DeckModel<'a>,
     content: Content,
@@ -86,8 +58,7 @@ struct ContentBuilder<'a> {
     places: Vec<ElementPosition>,
     /// Nodes in the deck of solids that name a node more than once, by their position.
     collapsed: HashMap<u32, Vec<u32>>,
-    /// Groups by the key of their names.
-    found: BTreeMap<String, Found>,
+    found: NamedGroups,
     /// Number of solids that have a face with these corners, ascending.
     face_counts: Option<Rc<HashMap<[u32; 4], u32>>>,
 }
@@ -195,14 +166,6 @@ impl ContentBuilder<'_> {
         Ok(())
     }
 
-    fn keep(&mut self, name: &str, origin: Origin, group: Group) {
-        let found = self
-            .found
-            .entry(key(name))
-            .or_insert_with(|| (name.to_owned(), BTreeMap::new()));
-        found.1.insert(origin, group);
-    }
-
     /// Groups of solids, of facets and of lines.
     fn element_groups(&mut self, name: &str, elements: &[u32], solids: Origin) {
         let mut groups = [
@@ -225,7 +188,7 @@ impl ContentBuilder<'_> {
         for (origin, group) in groups {
             let of_instance = solids == Origin::Instance && origin != solids;
             if !group.nodes.is_empty() && !of_instance {
-                self.keep(name, origin, group);
+                self.found.keep(name, origin, group);
             }
         }
     }
@@ -233,7 +196,7 @@ impl ContentBuilder<'_> {
     fn node_group(&mut self, name: &str, nodes: &[u32], origin: Origin) {
         let mut group = Group::empty(0);
         group.nodes.extend(nodes);
-        self.keep(name, origin, group);
+        self.found.keep(name, origin, group);
     }
 
     fn node_surface(
@@ -297,7 +260,7 @@ impl ContentBuilder<'_> {
             ));
         }
         if !group.elements.is_empty() {
-            self.keep(name, Origin::Surface, group);
+            self.found.keep(name, Origin::Surface, group);
         }
         Ok(())
     }
@@ -520,15 +483,7 @@ impl ContentBuilder<'_> {
             &no_instances,
             " Their numbers are looked up in the whole deck.",
         );
-        for (name, origins) in std::mem::take(&mut self.found).into_values() {
-            for (place, (origin, group)) in origins.into_iter().enumerate() {
-                let name = match place {
-                    0 => name.clone(),
-                    _ => format!("{name}{}", origin.suffix()),
-                };
-                self.content.add_group(name, group)?;
-            }
-        }
+        self.found.move_to(&mut self.content)?;
         self.content.name_all();
         self.content.drop_unused()?;
         Ok(self.content)

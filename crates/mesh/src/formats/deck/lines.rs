@@ -1,20 +1,7 @@
 //! Lines of a deck: comments left out, keyword lines joined, included files in their place.
 
-use std::borrow::Cow;
-
+use super::super::source::{LinePosition, SourceLines, decoded};
 use crate::MeshError;
-
-/// Most files inside one another, so that a file that includes itself comes to an end.
-const DEEPEST: usize = 20;
-/// Most files included.
-const MOST_FILES: usize = 2000;
-
-/// Position of a line: number of the file in [`DeckFiles`] (the deck is 0), and of the line.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub(super) struct LinePosition {
-    pub file: usize,
-    pub line: usize,
-}
 
 /// Keyword line.
 #[derive(Debug, Clone, Default)]
@@ -54,71 +41,11 @@ pub(super) enum DeckLine {
     Data(String),
 }
 
-struct LineSource<'a> {
-    bytes: Cow<'a, [u8]>,
-    at: usize,
-    place: LinePosition,
-}
-
-impl<'a> LineSource<'a> {
-    /// Beginning of file number `file`.
-    fn new(bytes: impl Into<Cow<'a, [u8]>>, file: usize) -> Self {
-        Self {
-            bytes: bytes.into(),
-            at: 0,
-            place: LinePosition { file, line: 0 },
-        }
-    }
-
-    /// Next line without its end.
-    fn next(&mut self) -> Option<&[u8]> {
-        let rest = self.bytes.get(self.at..).filter(|rest| !rest.is_empty())?;
-        let length = rest.iter().position(|b| *b == b'\n');
-        let from = self.at;
-        self.at += length.map_or(rest.len(), |length| length + 1);
-        self.place.line += 1;
-        Some(&self.bytes[from..from + length.unwrap_or(self.bytes.len() - from)])
-    }
-}
-
-/// Names of the files that were read; the deck has none.
-pub(super) struct DeckFiles(Vec<String>);
-
-impl DeckFiles {
-    /// Adds the place and the keyword to an error.
-    pub fn locate_error(&self, place: LinePosition, keyword: &str, error: MeshError) -> MeshError {
-        if matches!(error, MeshError::Deck { .. }) {
-            return error;
-        }
-        let mut place = self.message_position(place);
-        if !keyword.is_empty() {
-            place += ", ";
-            place += keyword;
-        }
-        MeshError::Deck {
-            place,
-            error: Box::new(error),
-        }
-    }
-
-    /// Place in the form of a message.
-    pub fn message_position(&self, place: LinePosition) -> String {
-        let line = place.line;
-        match self.0.get(place.file).map_or("", String::as_str) {
-            "" => format!("line {line}"),
-            file => format!("line {line} of {file}"),
-        }
-    }
-}
-
 /// All lines of a deck.
 pub(super) struct DeckLines<'a> {
-    sources: Vec<LineSource<'a>>,
-    /// Files that were opened.
-    pub files: DeckFiles,
+    pub source: SourceLines<'a>,
     /// Line that was read and not yet used.
     kept: Option<(LinePosition, String)>,
-    include: &'a mut dyn FnMut(&str) -> Result<Vec<u8>, MeshError>,
     /// Returns `true` if a line continues a keyword line.
     continues: fn(&str, &str) -> bool,
 }
@@ -129,30 +56,11 @@ impl<'a> DeckLines<'a> {
         include: &'a mut dyn FnMut(&str) -> Result<Vec<u8>, MeshError>,
         continues: fn(&str, &str) -> bool,
     ) -> Self {
-        let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
         Self {
-            sources: vec![LineSource::new(bytes, 0)],
-            files: DeckFiles(vec![String::new()]),
+            source: SourceLines::new(bytes, include),
             kept: None,
-            include,
             continues,
         }
-    }
-
-    /// Continues reading in another file, and after it here.
-    ///
-    /// # Errors
-    /// The file cannot be read, or files include one another without end.
-    pub fn include(&mut self, name: &str) -> Result<(), MeshError> {
-        if self.sources.len() >= DEEPEST || self.files.0.len() > MOST_FILES {
-            let file = name.to_owned();
-            return Err(MeshError::IncludeCircle { file });
-        }
-        let bytes = (self.include)(name)?;
-        self.sources
-            .push(LineSource::new(bytes, self.files.0.len()));
-        self.files.0.push(name.to_owned());
-        Ok(())
     }
 
     /// Next line that is neither empty nor a comment, without blanks around it.
@@ -161,18 +69,10 @@ impl<'a> DeckLines<'a> {
             return Some(kept);
         }
         loop {
-            let source = self.sources.last_mut()?;
-            let Some(line) = source.next() else {
-                self.sources.pop();
-                continue;
-            };
+            let (place, line) = self.source.next()?;
             let line = line.trim_ascii();
             if !line.is_empty() && !line.starts_with(b"**") {
-                let text = match std::str::from_utf8(line) {
-                    Ok(text) => text.to_owned(),
-                    Err(_) => line.iter().map(|byte| char::from(*byte)).collect(), // Latin-1
-                };
-                return Some((source.place, text));
+                return Some((place, decoded(line).into_owned()));
             }
         }
     }
@@ -235,36 +135,4 @@ pub(super) fn unquoted(text: &str) -> &str {
     let text = text.trim();
     let inner = text.strip_prefix('"').and_then(|t| t.strip_suffix('"'));
     inner.unwrap_or(text)
-}
-
-/// Number, also as Fortran writes and reads it: `1.5D+3`, `1.5+3`.
-///
-/// # Errors
-/// The text is not a number.
-pub(super) fn number(field: &str) -> Result<f64, MeshError> {
-    let wrong = || MeshError::NotANumber {
-        found: field.to_owned(),
-    };
-    let text = field.replace(['d', 'D'], "e");
-    let starts = |c: char| c.is_ascii_digit() || matches!(c, '+' | '-' | '.');
-    if !text.starts_with(starts) {
-        return Err(wrong()); // not `inf` or `nan`
-    }
-    // A sign behind a digit begins an exponent.
-    let sign = text.rfind(['+', '-']).filter(|at| *at > 0);
-    let with_letter = || {
-        let (mantissa, exponent) = text.split_at(sign?);
-        format!("{mantissa}e{exponent}").parse().ok()
-    };
-    text.parse().ok().or_else(with_letter).ok_or_else(wrong)
-}
-
-/// Number of a node or an element.
-///
-/// # Errors
-/// The text is not such a number.
-pub(super) fn label(field: &str) -> Result<u64, MeshError> {
-    field.parse().map_err(|_| MeshError::NotALabel {
-        found: field.to_owned(),
-    })
 }

@@ -58,5 +58,5 @@ pub fn parse(
 ) -> Result<Content, MeshError> {
     let mut lines = lines::DeckLines::new(bytes, include, vocabulary::continues);
     let deck = read::read(&mut lines)?;
-    assemble::assemble(&deck, &lines.files)
+    assemble::assemble(&deck, &lines.source.files)
 }

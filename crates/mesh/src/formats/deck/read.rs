@@ -5,8 +5,9 @@ use std::collections::HashSet;
 
 use dovetail_numerics::space::{sub, unit};
 
+use super::super::source::{LinePosition, label, number};
 use super::left_aside::LeftAside;
-use super::lines::{DeckLine, DeckLines, Keyword, LinePosition, fields, label, number, unquoted};
+use super::lines::{DeckLine, DeckLines, Keyword, fields, unquoted};
 use super::scope::{
     DeckSection, InstancePlacement, InstanceTurn, Scope, SurfaceLine, SurfaceOf, block, key,
 };
@@ -123,15 +124,20 @@ pub(super) fn read(lines: &mut DeckLines<'_>) -> Result<Deck, MeshError> {
                 reader
                     .aside
                     .without_keyword
-                    .push(lines.files.message_position(place));
+                    .push(lines.source.files.message_position(place));
                 Ok(())
             }
             DeckLine::Data(text) => {
-                reader.place = lines.files.message_position(place);
+                reader.place = lines.source.files.message_position(place);
                 reader.data(&text)
             }
         };
-        result.map_err(|e| lines.files.locate_error(place, &reader.keyword.shown, e))?;
+        result.map_err(|e| {
+            lines
+                .source
+                .files
+                .locate_error(place, &reader.keyword.shown, e)
+        })?;
     }
     let end = reader.close().and_then(|()| reader.finish());
     let end = end.and_then(|()| reader.join_parts());
@@ -176,6 +182,7 @@ impl Reader {
     fn locate_keyword_error(&self, lines: &DeckLines<'_>, error: MeshError) -> MeshError {
         let keyword = &self.keyword;
         lines
+            .source
             .files
             .locate_error(keyword.place, &keyword.shown, error)
     }
@@ -193,7 +200,7 @@ impl Reader {
         let keyword = &found.keyword;
         self.mode = Mode::Skip;
         let shown = |parameter: &String| {
-            let place = lines.files.message_position(keyword.place);
+            let place = lines.source.files.message_position(keyword.place);
             format!("{parameter} of {} ({place})", keyword.shown)
         };
         self.aside.parameters.extend(found.aside.iter().map(shown));
@@ -213,7 +220,7 @@ impl Reader {
             "ELASTIC" => self.elastic(keyword)?,
             "DENSITY" => self.density(keyword)?,
             "INCLUDE" => {
-                lines.include(keyword.required("INPUT")?)?;
+                lines.source.include(keyword.required("INPUT")?)?;
                 return Ok(());
             }
             "PART" | "ENDPART" | "ASSEMBLY" | "ENDASSEMBLY" | "INSTANCE" | "ENDINSTANCE" => {
@@ -228,7 +235,7 @@ impl Reader {
             }
         };
         match keyword.get("INPUT") {
-            Some(file) if !matches!(self.mode, Mode::Skip) => lines.include(file),
+            Some(file) if !matches!(self.mode, Mode::Skip) => lines.source.include(file),
             _ => Ok(()),
         }
     }

@@ -4,7 +4,7 @@
 use std::collections::HashMap;
 use std::rc::Rc;
 
-use super::lines::{DeckFiles, LinePosition};
+use super::super::source::{LinePosition, SourceFiles};
 use super::read::Deck;
 use super::scope::{DeckSurface, Scope, SetMembers, Sets, key};
 use crate::MeshError;
@@ -72,7 +72,7 @@ pub(super) struct DeckModel<'a> {
     pub elements: Connectivity,
     /// Sets that are resolved; `None` while one is being resolved.
     sets: HashMap<SetKey, Option<Rc<Vec<u32>>>>,
-    files: &'a DeckFiles,
+    files: &'a SourceFiles,
     /// Sets that are generated from numbers that do not all exist, with their places.
     pub fewer: Vec<String>,
     /// Sets and surfaces that name numbers that do not exist, with their places.
@@ -86,7 +86,7 @@ impl<'a> DeckModel<'a> {
     ///
     /// # Errors
     /// An element names a node that does not exist.
-    pub fn new(deck: &'a Deck, files: &'a DeckFiles) -> Result<Self, MeshError> {
+    pub fn new(deck: &'a Deck, files: &'a SourceFiles) -> Result<Self, MeshError> {
         let instances = if deck.instances.is_empty() {
             &deck.parts
         } else {

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use dovetail_numerics::space::{cross, dot, sub};
 
-use super::lines::LinePosition;
+use super::super::source::LinePosition;
 use super::types::DeckElementKind;
 use crate::MeshError;
 
