@@ -8,7 +8,7 @@ cd "$(dirname "$0")/.."
 seconds=$1
 shift
 targets=("$@")
-[ $# -gt 0 ] || targets=(mesh msh2 deck ansys vtu format scene study reduced_model surface_field matrices)
+[ $# -gt 0 ] || targets=(mesh msh2 deck ansys nastran vtu format scene study reduced_model surface_field matrices)
 
 corpus=fuzz/corpus
 dictionaries=fuzz/dictionaries
@@ -27,11 +27,12 @@ folder_in_one() {
 # The inputs of the repository to begin with.
 seed() {
     local folder
-    mkdir -p $corpus/{mesh,msh2,deck,ansys,vtu,format,scene,study,reduced_model,surface_field,matrices}
+    mkdir -p $corpus/{mesh,msh2,deck,ansys,nastran,vtu,format,scene,study,reduced_model,surface_field,matrices}
     cp fuzz/seeds/mesh/*.msh meshes/blocks_*.msh meshes/elements/order?.msh $corpus/mesh
     cp fuzz/seeds/msh2/*.msh meshes/elements/*_msh2*.msh $corpus/msh2
     cp fuzz/seeds/deck/*.inp meshes/elements/*.inp $corpus/deck
     cp fuzz/seeds/ansys/*.cdb $corpus/ansys
+    cp fuzz/seeds/nastran/*.bdf $corpus/nastran
     cp fuzz/seeds/vtu/*.vtu meshes/elements/*.vtu $corpus/vtu
     cp fuzz/seeds/mesh/*.msh meshes/elements/order1* $corpus/format
     cp scenes/*.toml scenes/verification/*.toml fuzz/fuzz_targets/*.toml fuzz/seeds/scene/*.toml \
@@ -55,7 +56,7 @@ dictionary() {
     case $1 in
     scene) keys docs/scene.md ;;
     study) keys docs/scene.md docs/study.md ;;
-    format) cat $dictionaries/{mesh,msh2,deck,ansys,vtu}.dict ;;
+    format) cat $dictionaries/{mesh,msh2,deck,ansys,nastran,vtu}.dict ;;
     *) cat "$dictionaries/$1.dict" ;;
     esac
 }

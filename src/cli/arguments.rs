@@ -337,7 +337,7 @@ pub(super) struct Reduce {
 
 #[derive(Debug, Args)]
 pub(super) struct MeshFile {
-    /// The mesh: MSH, a deck of Abaqus or CalculiX, an archive of Ansys, or VTU
+    /// The mesh: MSH, a deck of Abaqus or CalculiX, an archive of Ansys, bulk data of Nastran, or VTU
     #[arg(value_name = "MESH", value_hint = ValueHint::FilePath)]
     pub(super) mesh: PathBuf,
 }

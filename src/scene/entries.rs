@@ -161,7 +161,7 @@ section! {
             "{ nu = 4, nv = 9, order = 2 }";
         file: Text("path of a mesh"), "- or `geometry`",
             "of a [format that is read](how-to/own_mesh.md): MSH, a deck of Abaqus or CalculiX, \
-             an archive of Ansys, VTU",
+             an archive of Ansys, bulk data of Nastran, VTU",
             "\"../meshes/dovetail.msh\"";
         metres_per_unit: Number("m", Limits::POSITIVE), "- or `units`",
             "1e-3 for a mesh in millimetres",

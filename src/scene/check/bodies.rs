@@ -404,8 +404,8 @@ fn material(
     })
 }
 
-/// Endings of mesh files that may have materials: decks and archives of Ansys.
-const WITH_MATERIALS: [&str; 3] = ["inp", "cdb", "dat"];
+/// Endings of mesh files that may have materials: decks, archives of Ansys, bulk data of Nastran.
+const WITH_MATERIALS: [&str; 6] = ["inp", "cdb", "bdf", "nas", "dat", "fem"];
 
 /// Returns `true` if the mesh of a body may have materials, by the ending of its name.
 fn may_have_materials(raw: &RawBody, context: &Context) -> bool {

@@ -21,6 +21,8 @@ pub enum Format {
     Deck,
     /// An archive of Ansys Mechanical APDL, or an input file in its form.
     Ansys,
+    /// Bulk data of Nastran.
+    Nastran,
     /// VTK's XML file of an unstructured grid.
     Vtu,
 }
@@ -59,6 +61,9 @@ pub fn detect(bytes: &[u8], name: &str) -> Result<Format, MeshError> {
             let is_text = detect_content(bytes, &head).is_none();
             if is_text && has_ending(name, &["cdb"]) {
                 return Ok(Format::Ansys);
+            }
+            if is_text && (is_bulk_data(bytes) || has_ending(name, &["bdf", "nas", "dat", "fem"])) {
+                return Ok(Format::Nastran);
             }
             if is_text && is_deck_below_text(bytes) {
                 return Ok(Format::Deck);
@@ -105,6 +110,16 @@ fn is_archive(bytes: &[u8]) -> bool {
             && !is_iges(bytes)
 }
 
+/// Returns `true` for bulk data of Nastran: a line is a node, or separates sections.
+fn is_bulk_data(bytes: &[u8]) -> bool {
+    bytes.split(|b| *b == b'\n').any(|line| {
+        let line = line[..line.len().min(10)].to_ascii_uppercase();
+        let rest = line.strip_prefix(b"GRID").and_then(|rest| rest.first());
+        rest.is_some_and(|b| b" ,*\t".contains(b))
+            || [&b"BEGIN BULK"[..], b"CEND"].contains(&line.trim_ascii())
+    })
+}
+
 /// Returns `true` if text without a keyword precedes the lines of a deck; CalculiX skips it.
 fn is_deck_below_text(bytes: &[u8]) -> bool {
     const WORDS: [&[u8]; 6] = [
@@ -143,7 +158,6 @@ fn first_keyword(bytes: &[u8]) -> Option<&[u8]> {
 enum Other {
     OldMsh,
     GmshScript,
-    Nastran,
     Universal,
     Med,
     Geometry,
@@ -158,16 +172,11 @@ enum Other {
     Pointer,
 }
 
-/// Command that marks continued lines of a Nastran deck. Without the marks gmsh 4.8 drops the middle
-/// nodes of elements whose continuation begins with blanks.
-const MARKED: &str = r#"awk '/^        /{p=sprintf("%-72s+",p);$0="+"substr($0,2)} NR>1{print p} {p=$0} END{print p}'"#;
-
 impl Other {
     fn description(self) -> &'static str {
         match self {
             Self::OldMsh => "a Gmsh mesh of version 1",
             Self::GmshScript => "a Gmsh script",
-            Self::Nastran => "a Nastran deck",
             Self::Universal => "an I-DEAS universal file",
             Self::Med => "a MED file of SALOME",
             Self::Geometry => "a geometry (STEP, IGES or BREP) and no mesh",
@@ -192,9 +201,6 @@ impl Other {
             Self::OldMsh => format!("convert it: `gmsh -0 {file} -format msh41 -o {stem}_41.msh`"),
             Self::GmshScript => format!(
                 "give it as mesh.geometry, or mesh it: `gmsh -3 {file} -format msh41 -o {stem}.msh`"
-            ),
-            Self::Nastran => format!(
-                "convert it: `{MARKED} {file} > {stem}_marked.bdf && gmsh -0 {stem}_marked.bdf -format msh41 -o {stem}.msh`, or write a deck of Abaqus in the program that made it (gmsh makes pyramids of 13 nodes linear)"
             ),
             Self::Pointer => "fetch the file: `git lfs pull`".to_owned(),
             Self::Universal => format!(
@@ -247,7 +253,11 @@ fn detect_content(bytes: &[u8], head: &str) -> Option<Other> {
     if begins(&["MeshVersionFormatted"]) {
         return Some(Other::Medit);
     }
-    if begins(&["$NOD"]) {
+    if start
+        .lines()
+        .next()
+        .is_some_and(|line| line.trim_end() == "$NOD")
+    {
         return Some(Other::OldMsh);
     }
     let mut words = start.split_whitespace();
@@ -258,9 +268,6 @@ fn detect_content(bytes: &[u8], head: &str) -> Option<Other> {
     let lines = || head.lines().map(str::trim_start);
     let is_line =
         |words: &[&str]| lines().any(|line| words.iter().any(|word| line.starts_with(word)));
-    if is_line(&["BEGIN BULK", "CEND", "GRID,", "GRID  ", "GRID* "]) {
-        return Some(Other::Nastran);
-    }
     is_line(&["*KEYWORD"]).then_some(Other::LsDyna)
 }
 
@@ -285,7 +292,6 @@ fn detect_name(name: &str) -> Option<Other> {
     let ending = Path::new(name).extension()?.to_str()?.to_lowercase();
     Some(match ending.as_str() {
         "geo" | "geo_unrolled" => Other::GmshScript,
-        "bdf" | "nas" | "dat" | "fem" => Other::Nastran,
         "unv" => Other::Universal,
         "med" => Other::Med,
         "step" | "stp" | "igs" | "iges" | "brep" => Other::Geometry,
@@ -328,8 +334,8 @@ mod tests {
             (b"\xef\xbb\xbf<?xml version=\"1.0\"?>\n<!-- mine -->\n<VTKFile type=\"UnstructuredGrid\">", Format::Vtu),
         ];
         for (bytes, format) in files {
-            // The ending is that of a format that is not read: it does not count.
-            assert_eq!(detect(bytes, "mesh.bdf").unwrap(), format);
+            // The ending is that of another format: it does not count.
+            assert_eq!(detect(bytes, "mesh.stl").unwrap(), format);
         }
         let newer = b"$MeshFormat\n5 0 8\n$EndMeshFormat\n";
         assert!(message(newer, "a.msh").starts_with("MSH version 5 is not read, only 4.1, 4.0"));
@@ -408,12 +414,6 @@ mod tests {
     #[test]
     fn other_formats_are_named_with_their_remedy() {
         let table = r#"
-            CEND\nBEGIN BULK\nGRID,1\n => a/wheel.inp => a Nastran deck
-            => wheel.inp > wheel_marked.bdf && gmsh -0 wheel_marked.bdf -format msh41 -o wheel.msh`
-            $ comment\nGRID    1\n => wheel.bdf => a Nastran deck
-            => convert it: `awk '/^        /{p=
-            unknown => wheel.NAS => a Nastran deck => write a deck of Abaqus
-            unknown => wheel.dat => a Nastran deck => gmsh
             unknown => c.unv => an I-DEAS universal file => gmsh
             unknown => e.exo => an Exodus file => meshio
             ISO-10303-21;\n => f.step => a geometry (STEP, IGES or BREP) and no mesh

@@ -109,7 +109,7 @@ pub enum MeshError {
     #[error("this is {what}, which is not read; {remedy}")]
     OtherFormat { what: &'static str, remedy: String },
     #[error(
-        "the format of the mesh is not known: read are Gmsh's MSH 4 and 2, decks of Abaqus and CalculiX (.inp), archives of Ansys (.cdb) and VTU; many programs write one of them, and `meshio convert mesh.xyz mesh.vtu` converts others"
+        "the format of the mesh is not known: read are Gmsh's MSH 4 and 2, decks of Abaqus and CalculiX (.inp), archives of Ansys (.cdb), bulk data of Nastran (.bdf, .dat, .nas) and VTU; many programs write one of them, and `meshio convert mesh.xyz mesh.vtu` converts others"
     )]
     UnknownFormat,
     #[error("{place}: {error}")]
@@ -147,6 +147,18 @@ pub enum MeshError {
         "there is no coordinate system {number}, or none of a kind that is read (rectangular, cylindrical, spherical)"
     )]
     UnknownSystem { number: u64 },
+    #[error(
+        "`{card}` repeats fields of the card before it, which is not read: write the bulk data again with the program that made them, as it writes all fields"
+    )]
+    BulkNotWrittenOut { card: String },
+    #[error(
+        "the continuation `{found}` does not follow the line that ends with `{expected}`: write the bulk data in order"
+    )]
+    Continuation { found: String, expected: String },
+    #[error(
+        "the three points of coordinate system {number} are on one line, or depend on the system"
+    )]
+    SystemPoints { number: u64 },
     #[error(
         "nodes in the system `{found}` are not read, only rectangular (R) and cylindrical (C) ones: write the deck out in rectangular coordinates"
     )]

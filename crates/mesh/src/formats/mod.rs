@@ -2,7 +2,7 @@
 //! [`Mesh`](crate::Mesh).
 //!
 //! [`detect`](fn@detect) finds the format. Each has a reader: [`msh`] and [`msh2`] for Gmsh's
-//! files, [`deck`] for decks of Abaqus and CalculiX, [`ansys`] for archives of Ansys, [`vtu`] for VTK's. [`surface_field`] reads
+//! files, [`deck`] for decks of Abaqus and CalculiX, [`ansys`] for archives of Ansys, [`nastran`] for bulk data of Nastran, [`vtu`] for VTK's. [`surface_field`] reads
 //! forces or pressures at points.
 //!
 //! Files come from outside: a reader compares sizes that a file announces with its length, names
@@ -19,9 +19,11 @@ mod error;
 mod fixtures;
 pub mod gmsh_order;
 mod middles;
+mod mirror;
 pub mod msh;
 pub mod msh2;
 mod named_groups;
+pub mod nastran;
 mod numbered;
 mod numbers;
 mod plain;
@@ -29,6 +31,7 @@ mod sections;
 mod source;
 pub mod surface_field;
 mod systems;
+mod tag_index;
 mod tally;
 pub mod vtu;
 
@@ -52,6 +55,7 @@ pub fn parse(
         Format::Msh2 => msh2::parse(bytes),
         Format::Deck => deck::parse(bytes, include),
         Format::Ansys => ansys::parse(bytes, include),
+        Format::Nastran => nastran::parse(bytes, include),
         Format::Vtu => vtu::parse(bytes),
     }
 }

@@ -1,17 +1,19 @@
-//! Meshes whose nodes and elements have numbers: archives of Ansys.
+//! Meshes whose nodes and elements have numbers: archives of Ansys and bulk data of Nastran.
 //!
 //! A reader collects a [`NumberedMesh`]; [`NumberedMesh::place`] looks the numbers up, adds middle
 //! nodes that elements lack, and finds the shapes of elements that name a node more than once. The
 //! reader then adds groups and materials to the [`PlacedMesh`].
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::BTreeMap;
 
 use super::collapse;
 use super::content::{Content, FileMaterial};
 use super::middles::Middles;
 pub(super) use super::middles::NumberedKind;
+use super::mirror::mirrored;
 use super::named_groups::{NamedGroups, Origin};
 use super::source::{LinePosition, SourceFiles};
+use super::tag_index::TagIndex;
 use crate::text;
 use crate::{Group, MeshError};
 
@@ -31,7 +33,7 @@ struct NumberedElement {
 pub(super) struct NumberedMesh {
     nodes: Vec<[f64; 3]>,
     node_tags: Vec<u64>,
-    node_index: HashMap<u64, u32>,
+    node_index: TagIndex,
     highest_tag: u64,
     elements: Vec<NumberedElement>,
     numbers: Vec<u64>,
@@ -45,8 +47,8 @@ impl NumberedMesh {
     /// # Errors
     /// More nodes than can be numbered.
     pub fn add_node(&mut self, tag: u64, at: [f64; 3]) -> Result<(), MeshError> {
-        if let Some(index) = self.node_index.get(&tag) {
-            let known = &mut self.nodes[*index as usize];
+        if let Some(index) = self.node_index.get(tag) {
+            let known = &mut self.nodes[index as usize];
             if *known != at {
                 *known = at;
                 self.moved.push(tag);
@@ -89,6 +91,19 @@ impl NumberedMesh {
         &self.node_tags
     }
 
+    /// Position of a node.
+    pub fn node(&self, tag: u64) -> Option<[f64; 3]> {
+        let index = self.node_index.get(tag)?;
+        Some(self.nodes[index as usize])
+    }
+
+    /// Moves a node.
+    pub fn move_node(&mut self, tag: u64, at: [f64; 3]) {
+        if let Some(index) = self.node_index.get(tag) {
+            self.nodes[index as usize] = at;
+        }
+    }
+
     /// Highest number of a node.
     pub fn highest_tag(&self) -> u64 {
         self.highest_tag
@@ -100,7 +115,13 @@ impl NumberedMesh {
     /// A node that the file does not have, an element number that occurs twice, and a solid of no
     /// known shape.
     pub fn place(self, files: &SourceFiles) -> Result<PlacedMesh, MeshError> {
+        let labels = self.elements.iter().map(|element| element.label);
+        let mut sorted = [self.node_tags.clone(), labels.collect()];
+        sorted
+            .iter_mut()
+            .for_each(|numbers| numbers.sort_unstable());
         let mut placed = PlacedMesh {
+            sorted,
             content: Content {
                 nodes: self.nodes,
                 node_tags: self.node_tags,
@@ -108,7 +129,7 @@ impl NumberedMesh {
             },
             positions: Vec::with_capacity(self.elements.len()),
             node_index: self.node_index,
-            element_index: HashMap::with_capacity(self.elements.len()),
+            element_index: TagIndex::default(),
             groups: NamedGroups::default(),
             missing: Vec::new(),
         };
@@ -124,7 +145,7 @@ impl NumberedMesh {
         for (index, element) in (0..).zip(&self.elements) {
             let at = |error| files.locate_error(element.place, "", error);
             for &number in &self.numbers[start..element.end] {
-                let known = placed.node_index.get(&number).copied();
+                let known = placed.node_index.get(number);
                 let missing = Some(Middles::MISSING).filter(|_| number == 0);
                 let wrong = MeshError::MissingNode {
                     element: element.label,
@@ -134,9 +155,10 @@ impl NumberedMesh {
             }
             start = element.end;
             let label = element.label;
-            if placed.element_index.insert(label, index).is_some() {
+            if placed.element_index.get(label).is_some() {
                 return Err(at(MeshError::ElementTwice { label }));
             }
+            placed.element_index.insert(label, index);
         }
         placed.add_elements(&self.elements, &nodes, files)?;
         Ok(placed)
@@ -147,6 +169,22 @@ fn first_of(numbers: &[u64]) -> String {
     text::list(&numbers[..numbers.len().min(MOST_NAMED)])
 }
 
+/// Kind of the members of a set.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Members {
+    Nodes,
+    Elements,
+}
+
+impl Members {
+    fn plural(self) -> &'static str {
+        match self {
+            Self::Nodes => "nodes",
+            Self::Elements => "elements",
+        }
+    }
+}
+
 /// Position of an element in the content.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Position {
@@ -155,13 +193,40 @@ pub(super) enum Position {
     Other,
 }
 
+/// Numbers of a list that are in these ranges, each once, and how many numbers of the ranges are not
+/// in the list. The list is ascending.
+fn members_of(all: &[u64], ranges: &[(u64, u64)]) -> (Vec<u64>, usize) {
+    // Ranges that begin before each number, less those that end before it.
+    let mut open = vec![0_i64; all.len() + 1];
+    let mut missing: usize = 0;
+    for &(first, last) in ranges.iter().filter(|(first, last)| first <= last) {
+        let from = all.partition_point(|number| *number < first);
+        let to = all.partition_point(|number| *number <= last);
+        open[from] += 1;
+        open[to] -= 1;
+        let length = usize::try_from(last - first).unwrap_or(usize::MAX);
+        missing = missing.saturating_add(length.saturating_add(1).saturating_sub(to - from));
+    }
+    let mut count = 0;
+    let is_member = |(number, open): (&u64, &i64)| {
+        count += open;
+        (count > 0).then_some(*number)
+    };
+    (
+        all.iter().zip(&open).filter_map(is_member).collect(),
+        missing,
+    )
+}
+
 /// Mesh of which all numbers are looked up.
 pub(super) struct PlacedMesh {
     pub content: Content,
     /// Position of each element of the file.
     pub positions: Vec<Position>,
-    node_index: HashMap<u64, u32>,
-    element_index: HashMap<u64, u32>,
+    node_index: TagIndex,
+    /// Numbers of all nodes and of all elements, ascending.
+    sorted: [Vec<u64>; 2],
+    element_index: TagIndex,
     groups: NamedGroups,
     /// Sets that name nodes or elements which are not there.
     missing: Vec<String>,
@@ -186,7 +251,7 @@ impl PlacedMesh {
                 middles.learn(element.kind, &nodes[start..element.end]);
             }
         }
-        let mut without_area = Vec::new();
+        let (mut without_area, mut turned) = (Vec::new(), Vec::new());
         for (element, start) in parts() {
             let tag = element.label;
             let at = |error| files.locate_error(element.place, "", error);
@@ -208,7 +273,10 @@ impl PlacedMesh {
                     }
                     if kind == NumberedKind::Solid {
                         let kept = collapse::solid(tag, &nodes, &content.node_tags).map_err(at)?;
-                        content.elements.push(tag, kept.iter().copied());
+                        let mirrored = mirrored(&kept, |n| content.nodes[n as usize]);
+                        turned.extend(mirrored.as_ref().map(|_| tag));
+                        let nodes = mirrored.as_ref().map_or(&*kept, |nodes| nodes);
+                        content.elements.push(tag, nodes.iter().copied());
                         Position::Solid(content.elements.len() as u32 - 1)
                     } else if let Ok(kept) = collapse::facet(tag, &nodes, &content.node_tags) {
                         content.facets.push(tag, kept.iter().copied());
@@ -227,14 +295,68 @@ impl PlacedMesh {
                 first_of(&without_area)
             ));
         }
+        if !turned.is_empty() {
+            self.content.remarks.push(format!(
+                "The nodes of {} solids were in mirrored order and were turned, first {}.",
+                turned.len(),
+                first_of(&turned)
+            ));
+        }
         let linear = || self.content.elements.iter();
         self.content.remarks.extend(middles.remark(linear));
         Ok(())
     }
 
-    /// Index of an element by its number.
-    pub fn element(&self, label: u64) -> Option<u32> {
-        self.element_index.get(&label).copied()
+    /// Notes that these nodes belong to elements which are not read.
+    pub fn use_nodes(&mut self, numbers: &[u64]) {
+        let known = numbers
+            .iter()
+            .filter_map(|number| self.node_index.get(*number));
+        self.content.other_nodes.extend(known);
+    }
+
+    fn sorted(&self, members: Members) -> &[u64] {
+        match members {
+            Members::Nodes => &self.sorted[0],
+            Members::Elements => &self.sorted[1],
+        }
+    }
+
+    /// True if all numbers of these ranges are there, and there are some.
+    pub fn has_all(&self, members: Members, ranges: &[(u64, u64)]) -> bool {
+        let (found, missing) = members_of(self.sorted(members), ranges);
+        missing == 0 && !found.is_empty()
+    }
+
+    /// Adds the groups of the nodes or elements whose numbers are in these ranges, first and last.
+    /// Numbers that are not there are left out.
+    pub fn group_ranges(&mut self, name: &str, members: Members, ranges: &[(u64, u64)]) {
+        let (found, missing) = members_of(self.sorted(members), ranges);
+        if missing > 0 {
+            let (all, what) = (missing.saturating_add(found.len()), members.plural());
+            self.missing
+                .push(format!("`{name}` ({missing} of {all} {what})"));
+        }
+        match members {
+            Members::Nodes => {
+                let nodes = found
+                    .iter()
+                    .filter_map(|number| self.node_index.get(*number));
+                let group = Group {
+                    nodes: nodes.collect(),
+                    ..Group::empty(0)
+                };
+                if !group.nodes.is_empty() {
+                    self.groups.keep(name, Origin::NodeSet, group);
+                }
+            }
+            Members::Elements => {
+                let index = &self.element_index;
+                let elements = found.iter().filter_map(|label| index.get(*label));
+                let elements: Vec<u32> = elements.collect();
+                self.group_elements(name, Origin::Solids, elements);
+            }
+        }
     }
 
     /// Adds the groups of the elements with these indices: a volume, a surface and the nodes of
@@ -260,45 +382,6 @@ impl PlacedMesh {
             if !group.elements.is_empty() {
                 self.groups.keep(name, origin, group);
             }
-        }
-    }
-
-    /// Adds the groups of the elements with these numbers.
-    pub fn group_labels(&mut self, name: &str, labels: impl IntoIterator<Item = u64>) {
-        let mut missing = 0;
-        let mut elements = Vec::new();
-        for label in labels {
-            match self.element(label) {
-                Some(element) => elements.push(element),
-                None => missing += 1,
-            }
-        }
-        self.note_missing(name, "elements", missing, elements.len());
-        self.group_elements(name, Origin::Solids, elements);
-    }
-
-    /// Adds a group of the nodes with these numbers.
-    pub fn group_nodes(&mut self, name: &str, numbers: impl IntoIterator<Item = u64>) {
-        let mut missing = 0;
-        let mut group = Group::empty(0);
-        for number in numbers {
-            match self.node_index.get(&number) {
-                Some(node) => group.nodes.push(*node),
-                None => missing += 1,
-            }
-        }
-        self.note_missing(name, "nodes", missing, group.nodes.len());
-        if !group.nodes.is_empty() {
-            self.groups.keep(name, Origin::NodeSet, group);
-        }
-    }
-
-    /// Notes that a set names so many nodes or elements which are not there.
-    pub fn note_missing(&mut self, name: &str, what: &str, missing: usize, found: usize) {
-        if missing > 0 {
-            let all = missing.saturating_add(found);
-            self.missing
-                .push(format!("`{name}` ({missing} of {all} {what})"));
         }
     }
 

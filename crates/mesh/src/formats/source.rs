@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use crate::MeshError;
 
-/// Most files inside one another, so that a file that includes itself comes to an end.
+/// Most files inside one another, which ends a file that includes itself.
 const DEEPEST: usize = 20;
 /// Most files included.
 const MOST_FILES: usize = 2000;
@@ -55,7 +55,7 @@ impl SourceFiles {
     }
 }
 
-/// All lines of a file, with those of included files in their place.
+/// All lines of a file. The lines of an included file replace the line that names it.
 pub(super) struct SourceLines<'a> {
     sources: Vec<Source<'a>>,
     /// Files that were opened.

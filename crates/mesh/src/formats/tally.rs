@@ -24,7 +24,7 @@ impl Tally {
         self.0.contains_key(name)
     }
 
-    /// Names alone.
+    /// Names without their numbers.
     pub fn names(&self) -> Vec<String> {
         self.0.keys().cloned().collect()
     }

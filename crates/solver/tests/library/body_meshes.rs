@@ -221,7 +221,7 @@ fn a_material_that_cannot_be_used_is_named_with_the_remedy() {
     let bare = STEEL_CUBE.split("*SOLID SECTION").next().unwrap();
     refused(bare, si, None, "none to all of its elements & `material`");
     let light = STEEL_CUBE.replace("*DENSITY\n7.85e-9\n", "");
-    refused(&light, si, None, "no density (*DENSITY, DENS)");
+    refused(&light, si, None, "no density (*DENSITY, DENS, MAT1)");
     let rubber = STEEL_CUBE.replace("0.3", "0.5");
     refused(&rubber, si, None, "0.5, not between -1 and 0.5");
     let weightless = STEEL_CUBE.replace("7.85e-9", "0");

@@ -74,9 +74,12 @@ fn mesh_material(found: &MeshMaterial, body: &str) -> Result<Material, ModelErro
         value.ok_or_else(|| wrong(format!("the mesh file gives it no {what}: add it there")))
     };
     let material = Material {
-        young_pa: given(found.young_pa, "isotropic Young's modulus (*ELASTIC, EX)")?,
-        poisson: given(found.poisson, "Poisson's ratio (*ELASTIC, NUXY)")?,
-        density_kg_m3: given(found.density_kg_m3, "density (*DENSITY, DENS)")?,
+        young_pa: given(
+            found.young_pa,
+            "isotropic Young's modulus (*ELASTIC, EX, MAT1)",
+        )?,
+        poisson: given(found.poisson, "Poisson's ratio (*ELASTIC, NUXY, MAT1)")?,
+        density_kg_m3: given(found.density_kg_m3, "density (*DENSITY, DENS, MAT1)")?,
     };
     let positive = |value: f64| value.is_finite() && value > 0.0;
     if !positive(material.young_pa) || !positive(material.density_kg_m3) {

@@ -8,7 +8,7 @@ use super::super::numbered::{NumberedKind, PlacedMesh, Position};
 use super::super::source::SourceFiles;
 use super::super::tally::Tally;
 use super::elements::kind_of;
-use super::read::{Archive, Component};
+use super::read::Archive;
 use super::types::READ;
 use crate::MeshError;
 use crate::text;
@@ -20,11 +20,9 @@ use crate::text;
 pub(super) fn assemble(mut archive: Archive, files: &SourceFiles) -> Result<Content, MeshError> {
     let mut left = Tally::default();
     add_elements(&mut archive, files, &mut left)?;
-    let tags = sorted(archive.mesh.node_tags());
-    let labels = sorted(&archive.elements.iter().map(|e| e.label).collect::<Vec<_>>());
     let mut placed = std::mem::take(&mut archive.mesh).place(files)?;
     for component in &archive.components {
-        add_component(&mut placed, component, &tags, &labels);
+        placed.group_ranges(&component.name, component.of, &component.members);
     }
     add_parts(&mut placed, &archive);
     let used = solids(&placed).map(|e| archive.elements[e as usize].material);
@@ -33,12 +31,6 @@ pub(super) fn assemble(mut archive: Archive, files: &SourceFiles) -> Result<Cont
     placed.give_materials(known, &numbers);
     let noted = noted(&archive, &left).into_iter().chain(remarks);
     placed.finish(noted, &left.names(), READ)
-}
-
-fn sorted(numbers: &[u64]) -> Vec<u64> {
-    let mut sorted = numbers.to_vec();
-    sorted.sort_unstable();
-    sorted
 }
 
 /// Moves the elements to the mesh. Those of other types are counted in `left`.
@@ -76,43 +68,6 @@ fn add_elements(
 fn solids(placed: &PlacedMesh) -> impl Iterator<Item = u32> {
     let positions = placed.positions.iter().zip(0..);
     positions.filter_map(|(position, e)| matches!(position, Position::Solid(_)).then_some(e))
-}
-
-/// Adds the group of a component. `tags` and `labels` are all numbers of nodes and of elements,
-/// ascending.
-fn add_component(placed: &mut PlacedMesh, component: &Component, tags: &[u64], labels: &[u64]) {
-    let all = if component.of_elements { labels } else { tags };
-    // Ranges that begin before each number, less those that end before it.
-    let mut open = vec![0_i64; all.len() + 1];
-    let mut missing: usize = 0;
-    for (first, last) in &component.members {
-        let from = all.partition_point(|number| number < first);
-        let to = all.partition_point(|number| number <= last);
-        open[from] += 1;
-        open[to] -= 1;
-        let length = usize::try_from(last - first).unwrap_or(usize::MAX);
-        missing = missing.saturating_add(length.saturating_add(1).saturating_sub(to - from));
-    }
-    let mut count = 0;
-    let is_member = |(number, open): (&u64, &i64)| {
-        count += open;
-        (count > 0).then_some(*number)
-    };
-    let members: Vec<u64> = all.iter().zip(&open).filter_map(is_member).collect();
-    placed.note_missing(
-        &component.name,
-        if component.of_elements {
-            "elements"
-        } else {
-            "nodes"
-        },
-        missing,
-        members.len(),
-    );
-    match component.of_elements {
-        true => placed.group_labels(&component.name, members),
-        false => placed.group_nodes(&component.name, members),
-    }
 }
 
 /// Adds the volumes of bodies, of materials and of element types, if there are several, and the
@@ -163,13 +118,13 @@ fn add_parts(placed: &mut PlacedMesh, archive: &Archive) {
     }
 }
 
-/// Remarks on what was left aside, and on the units.
+/// Remarks on unread contents, and on the units.
 fn noted(archive: &Archive, left: &Tally) -> Vec<String> {
     let mut remarks = Vec::new();
     remarks.extend(left.sentence("Elements of these types were left aside", ""));
     let loads = ["D", "F", "SF", "SFE", "DBLOCK", "SFEBLOCK", "CE", "CP"];
     let hint = match loads.iter().any(|word| archive.aside.has(word)) {
-        true => " What holds, joins and loads the bodies stands in the scene.",
+        true => " Supports, joints and loads of the bodies are keys of the scene.",
         false => "",
     };
     remarks.extend(archive.aside.sentence("These commands were not read", hint));

@@ -3,7 +3,7 @@
 use super::super::source::{label, number};
 use crate::MeshError;
 
-/// Widest line that a format may describe, characters, so that sums of widths stay small.
+/// Widest line that a format may describe, characters. It keeps sums of widths small.
 const WIDEST: usize = 10_000;
 
 /// Fields of the lines of a block: `(3i9,6e21.13e3)`.
@@ -19,7 +19,7 @@ impl BlockFormat {
     /// Reads a format.
     ///
     /// # Errors
-    /// Something that is no such format.
+    /// The text is not a format.
     pub fn parse(line: &str) -> Result<Self, MeshError> {
         let wrong = || MeshError::BlockFormat {
             found: line.trim().to_owned(),
@@ -68,7 +68,7 @@ pub(super) fn field(line: &[u8], [start, end]: [usize; 2]) -> Option<&str> {
         return None;
     }
     let bytes = line.get(start..end.min(line.len()))?.trim_ascii();
-    // What is not text is not a number either.
+    // Bytes that are not text are not a number either.
     Some(std::str::from_utf8(bytes).unwrap_or("\u{fffd}"))
 }
 

@@ -1,5 +1,6 @@
 //! Reading of the blocks of an archive, line by line.
 
+use super::super::numbered::Members;
 use super::super::source::{LinePosition, SourceLines};
 use super::blocks::{
     self, BlockFormat, add_members, field, float, integer, is_command, is_end, natural,
@@ -261,7 +262,10 @@ impl Reader {
             "NODE" | "ELEM" | "ELEMENT" | "NODES" | "ELEMENTS" => {
                 self.archive.components.push(Component {
                     name: command.argument(0).to_owned(),
-                    of_elements: word.starts_with("ELEM"),
+                    of: match word.starts_with("ELEM") {
+                        true => Members::Elements,
+                        false => Members::Nodes,
+                    },
                     members,
                 });
             }

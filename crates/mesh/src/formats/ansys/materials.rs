@@ -66,7 +66,7 @@ impl Materials {
         DIRECTIONAL.iter().any(differs)
     }
 
-    /// Materials by number, those of `used` elements, and remarks on what was left aside.
+    /// Materials in `used` by number, and remarks on their unread properties.
     pub fn finish(&self, used: &BTreeSet<u64>) -> (BTreeMap<u64, FileMaterial>, Vec<String>) {
         let mut found = BTreeMap::new();
         let [mut of_temperature, mut orthotropic, mut tables, mut unread] =

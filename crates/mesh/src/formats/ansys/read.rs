@@ -3,7 +3,7 @@
 
 use std::collections::{BTreeMap, HashMap};
 
-use super::super::numbered::NumberedMesh;
+use super::super::numbered::{Members, NumberedMesh};
 use super::super::source::{LinePosition, SourceLines, decoded, number};
 use super::super::systems::System;
 use super::super::tally::Tally;
@@ -27,7 +27,7 @@ pub(super) struct ArchiveElement {
 /// Component, or another list of nodes or elements.
 pub(super) struct Component {
     pub name: String,
-    pub of_elements: bool,
+    pub of: Members,
     /// First and last number of each range.
     pub members: Vec<(u64, u64)>,
 }
@@ -127,8 +127,8 @@ pub(super) struct Reader {
     /// Coordinate systems of LOCAL, and the active one.
     systems: HashMap<u64, System>,
     active: u64,
-    /// First of the nodes and of the elements that are selected; all behind it are, too. `None`
-    /// where the selection is not known.
+    /// First node and first element of the selection, which includes all that follow. `None` if
+    /// the selection is not known.
     selected: [Option<usize>; 2],
     /// Name of the last command, and whether it is counted with the lines behind it.
     pub last: String,
@@ -481,7 +481,7 @@ impl Reader {
         }
     }
 
-    /// `CM,name,NODE` or `CM,name,ELEM`: a component of what is selected.
+    /// `CM,name,NODE` or `CM,name,ELEM`: a component of the selection.
     fn component(&mut self, command: &Command) {
         let name = command.argument(0).to_owned();
         let word: String = command.argument(1).to_ascii_uppercase();
@@ -496,7 +496,10 @@ impl Reader {
         match members {
             Some(members) => archive.components.push(Component {
                 name,
-                of_elements: word.starts_with("ELEM"),
+                of: match word.starts_with("ELEM") {
+                    true => Members::Elements,
+                    false => Members::Nodes,
+                },
                 members: members.into_iter().map(|m| (m, m)).collect(),
             }),
             None => archive.aside.add("CM of a selection", 1),

@@ -358,7 +358,7 @@ fn nodes_in_other_systems_and_what_is_left_aside() {
     let at = content.node_tags.iter().position(|tag| *tag == 40).unwrap();
     let expected = [1.0, 2.0, 3.0];
     assert!((0..3).all(|k| (content.nodes[at][k] - expected[k]).abs() < 1e-15));
-    let left = "not read: CM of a selection (1), CP (1), D (2), DBLOCK (3), OMEGA (1). What holds";
+    let left = "not read: CM of a selection (1), CP (1), D (2), DBLOCK (3), OMEGA (1). Supports";
     has(&remarks(&content), left);
     has(&remarks(&content), "systems of 1 nodes were left aside");
     assert_eq!(nodes(&content, "every"), LOWER.map(|n| n as u64));

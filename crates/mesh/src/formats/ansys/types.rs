@@ -5,11 +5,11 @@ use super::super::numbered::NumberedKind;
 /// How the elements of a type are read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Kind {
-    /// Tetrahedra of at most so many nodes.
+    /// Tetrahedra, with the largest number of nodes.
     Tetrahedron(usize),
-    /// Hexahedra of at most so many nodes; also wedges, pyramids and tetrahedra by repeated nodes.
+    /// Hexahedra, with the largest number of nodes; wedges, pyramids and tetrahedra repeat nodes.
     Hexahedron(usize),
-    /// Faces of at most so many nodes.
+    /// Faces, with the largest number of nodes.
     Facet(usize),
     /// Lines, points and types that are not known.
     Other,

@@ -56,7 +56,7 @@ impl Command {
         })
     }
 
-    /// Argument number `i`, empty where there is none.
+    /// Argument number `i`, empty if it is missing.
     pub fn argument(&self, i: usize) -> &str {
         self.arguments.get(i).map_or("", String::as_str)
     }
