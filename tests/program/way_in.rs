@@ -198,6 +198,8 @@ fn groups_of_a_mesh_file_are_listed_as_a_scene_names_them() {
         "meshes/dovetail_small.msh",
         "meshes/decks/joint.inp",
         "meshes/elements/order2_zlib.vtu",
+        "fuzz/seeds/ansys/blocks.cdb",
+        "fuzz/seeds/nastran/small.bdf",
     ] {
         let mesh = dovetail::mesh_files::read(&root().join(file), 1.0).unwrap();
         let list = printed(program(root(), &["groups", file]));
@@ -220,14 +222,18 @@ fn groups_of_a_mesh_file_are_listed_as_a_scene_names_them() {
     }
     assert!(lines > 40, "{lines}");
     let folder = Folder::new("way-in-groups");
-    let ansys = folder.write("part.cdb", "/PREP7\nNBLOCK,6,SOLID\n");
-    let words = ["groups", ansys.to_str().unwrap()];
-    let told = told(program(root(), &words), 2);
+    let foreign = folder.write("part.k", "*KEYWORD\n*NODE\n");
+    let words = ["groups", foreign.to_str().unwrap()];
+    let refused = told(program(root(), &words), 2);
     assert_eq!(
-        told.matches("an archive of Ansys").count(),
+        refused.matches("a deck of LS-DYNA").count(),
         1,
-        "once is enough: {told}"
+        "once is enough: {refused}"
     );
+    // Unread contents are named once, with their numbers.
+    let words = ["groups", "fuzz/seeds/ansys/blocks.cdb"];
+    let remarks = told(program(root(), &words), 0);
+    assert_eq!(remarks.matches("not read: D (1).").count(), 1, "{remarks}");
 }
 
 #[test]

@@ -10,10 +10,44 @@ use super::types::{AnsysType, Kind};
 use super::vocabulary::Command;
 use crate::MeshError;
 
-/// Fields before the nodes in the first line of an element of a block of solids.
-const SOLID_FIELDS: usize = 11;
-/// Fields before the nodes in an element of another block.
-const OTHER_FIELDS: usize = 5;
+/// Layout of the elements in a block.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Layout {
+    /// Attributes, the number of nodes and the number of the element: `EBLOCK,19,SOLID`.
+    Solid,
+    /// Number, type, real constant, material and system: `EBLOCK,10`.
+    Plain,
+    /// Number alone; the attributes are the current ones: `EBLOCK,10,COMPACT`.
+    Compact,
+}
+
+impl Layout {
+    /// Number of fields before the nodes.
+    fn fields(self) -> usize {
+        match self {
+            Self::Solid => 11,
+            Self::Plain => 5,
+            Self::Compact => 1,
+        }
+    }
+
+    /// Position of the number of the element.
+    fn label(self) -> usize {
+        match self {
+            Self::Solid => 10,
+            Self::Plain | Self::Compact => 0,
+        }
+    }
+
+    /// Position of the material.
+    fn material(self) -> Option<usize> {
+        match self {
+            Self::Solid => Some(0),
+            Self::Plain => Some(3),
+            Self::Compact => None,
+        }
+    }
+}
 
 /// Format of a block: its first line that is neither empty nor a comment.
 fn format(lines: &mut SourceLines<'_>, block: &'static str) -> Result<BlockFormat, MeshError> {
@@ -80,40 +114,42 @@ fn number(value: i64) -> Result<u64, MeshError> {
 
 /// Fields of an element, from one or more lines.
 struct Fields {
-    is_solid: bool,
+    layout: Layout,
     numbers: Vec<i64>,
     /// How many are needed, once the first line is known.
     expected: usize,
     /// Place of the first line.
     begun: Option<LinePosition>,
+    /// Current material and type.
+    current: [u64; 2],
 }
 
 impl Fields {
-    /// Number of the type: in blocks that are not of solids the field may be a section instead.
-    fn type_number(&self, archive: &Archive, current: u64) -> Result<u64, MeshError> {
+    /// Number of the type. In plain blocks the field may have a section instead.
+    fn type_number(&self, archive: &Archive) -> Result<u64, MeshError> {
         let found = number(self.numbers.get(1).copied().unwrap_or(0))?;
-        let is_known = self.is_solid || archive.types.contains_key(&found);
-        Ok(if is_known { found } else { current })
+        let is_type = match self.layout {
+            Layout::Solid => true,
+            Layout::Plain => archive.types.contains_key(&found),
+            Layout::Compact => false,
+        };
+        Ok(if is_type { found } else { self.current[1] })
     }
 
-    /// Notes how many fields the element has whose first line was read.
-    fn expect(
-        &mut self,
-        archive: &Archive,
-        current: u64,
-        in_first_line: usize,
-    ) -> Result<(), MeshError> {
+    /// Notes how many fields the element has whose first line was read. A line of `full` fields
+    /// goes on in the next one.
+    fn expect(&mut self, archive: &Archive, full: usize) -> Result<(), MeshError> {
         let given = self.numbers.len();
         self.expected = given;
-        if self.is_solid {
+        if self.layout == Layout::Solid {
             let count = number(self.numbers.get(8).copied().unwrap_or(0))? as usize;
             if count > 0 {
-                self.expected = count.saturating_add(SOLID_FIELDS);
+                self.expected = count.saturating_add(self.layout.fields());
             }
-        } else if given >= OTHER_FIELDS + in_first_line.max(1) {
-            let found = self.type_number(archive, current)?;
+        } else if given >= full {
+            let found = self.type_number(archive)?;
             let most = kind_of(archive.types.get(&found)).nodes().unwrap_or(0);
-            self.expected = given.max(OTHER_FIELDS + most);
+            self.expected = given.max(self.layout.fields() + most);
         }
         Ok(())
     }
@@ -122,13 +158,9 @@ impl Fields {
     fn element(
         &mut self,
         archive: &Archive,
-        current: u64,
         place: LinePosition,
     ) -> Result<(ArchiveElement, Vec<u64>), MeshError> {
-        let (fields, [label, material]) = match self.is_solid {
-            true => (SOLID_FIELDS, [10, 0]),
-            false => (OTHER_FIELDS, [0, 3]),
-        };
+        let fields = self.layout.fields();
         let needed = MeshError::ElementFields {
             needed: fields + 1,
             found: self.numbers.len(),
@@ -136,15 +168,18 @@ impl Fields {
         let nodes = self.numbers.get(fields..self.expected).ok_or(needed)?;
         let nodes: Result<Vec<u64>, _> = nodes.iter().map(|node| number(*node)).collect();
         let mut nodes = nodes?;
-        if !self.is_solid {
+        if self.layout != Layout::Solid {
             // The last line may end with fields of zeros.
             let last = nodes.iter().rposition(|node| *node != 0);
             nodes.truncate(last.map_or(0, |last| last + 1));
         }
         let element = ArchiveElement {
-            label: number(self.numbers[label])?,
-            material: number(self.numbers[material])?,
-            type_number: self.type_number(archive, current)?,
+            label: number(self.numbers[self.layout.label()])?,
+            material: match self.layout.material() {
+                Some(field) => number(self.numbers[field])?,
+                None => self.current[0],
+            },
+            type_number: self.type_number(archive)?,
             place: self.begun.take().unwrap_or(place),
             end: 0,
         };
@@ -179,33 +214,39 @@ impl Reader {
         })
     }
 
-    /// EBLOCK: elements with their attributes, of solids (`EBLOCK,19,SOLID`) or of another layout.
+    /// EBLOCK: elements in one of the layouts.
     pub(super) fn element_block(
         &mut self,
         command: &Command,
         lines: &mut SourceLines<'_>,
     ) -> Result<(), MeshError> {
-        let is_solid = command.argument(1).eq_ignore_ascii_case("SOLID");
-        let in_first_line = natural(command.argument(0)).unwrap_or(0).min(20) as usize;
+        let layout = match command.argument(1).to_ascii_uppercase().as_str() {
+            "SOLID" => Layout::Solid,
+            "COMPACT" => Layout::Compact,
+            _ => Layout::Plain,
+        };
         let format = format(lines, "EBLOCK")?;
-        let current = self.attributes.type_number;
+        let in_first_line = natural(command.argument(0)).unwrap_or(0).clamp(1, 20);
+        let full = format.integers.len();
+        let full = full.min(layout.fields() + in_first_line as usize);
         let said = self.natural(command.argument(3)).unwrap_or(0);
-        let archive = &mut self.archive;
-        let mut count = 0;
         let mut fields = Fields {
-            is_solid,
+            layout,
             numbers: Vec::new(),
             expected: 0,
             begun: None,
+            current: [self.attributes.material, self.attributes.type_number],
         };
+        let archive = &mut self.archive;
+        let mut count = 0;
         each_line(lines, "EBLOCK", b"-1", |line, place| {
             integers(&format, line, &mut fields.numbers)?;
             if fields.begun.is_none() {
                 fields.begun = Some(place);
-                fields.expect(archive, current, in_first_line)?;
+                fields.expect(archive, full)?;
             }
             if fields.numbers.len() >= fields.expected {
-                let (element, nodes) = fields.element(archive, current, place)?;
+                let (element, nodes) = fields.element(archive, place)?;
                 archive.add_element(element, &nodes)?;
                 count += 1;
             }

@@ -416,7 +416,6 @@ impl Reader {
         let mut found = AnsysType::new(command.argument(1));
         found.first_option = self.natural(command.argument(2)).unwrap_or(0) as i64;
         self.archive.types.insert(number, found);
-        self.attributes.type_number = number;
         Ok(())
     }
 

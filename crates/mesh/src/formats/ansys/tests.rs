@@ -259,6 +259,40 @@ fn elements_that_carry_a_face_are_surfaces() {
     has(&remarks(&content), expected);
 }
 
+/// The same solids in the other two layouts of EBLOCK, with a second line and without.
+#[test]
+fn plain_and_compact_blocks_of_elements() {
+    let mut nodes = corners();
+    for node in 21..=32 {
+        nodes += &format!("N,{node},{node},0,0\n");
+    }
+    let list: Vec<i64> = LOWER.into_iter().chain(21..=32).collect();
+    let elements = [solid(2, 1, 10, &list), solid(2, 3, 20, &UPPER)];
+    let types = "ET,1,186\nET,3,185\n";
+    let expected = read(&format!("{types}{nodes}{}", block(&elements)));
+    let line = |numbers: &[i64]| {
+        let fields: String = numbers.iter().map(|n| format!("{n:9}")).collect();
+        fields + "\n"
+    };
+    let plain = |kind: i64, label: i64, list: &[i64]| {
+        let all: Vec<i64> = [label, kind, 1, 2, 0].iter().chain(list).copied().collect();
+        all.chunks(15).map(line).collect::<String>()
+    };
+    let (quadratic, linear) = (plain(1, 10, &list), plain(3, 20, &UPPER));
+    let both = format!("{types}{nodes}EBLOCK,10,,,2\n(15i9)\n{quadratic}{linear}-1\n");
+    assert_eq!(read(&both), expected);
+    let compact = |kind: i64, label: i64, list: &[i64]| {
+        let all: Vec<i64> = [label].iter().chain(list).copied().collect();
+        let lines: String = all.chunks(11).map(line).collect();
+        format!("TYPE,{kind}\nMAT,2\nEBLOCK,10,COMPACT,,1\n(11i9)\n{lines}-1\n")
+    };
+    let (quadratic, linear) = (compact(1, 10, &list), compact(3, 20, &UPPER));
+    assert_eq!(
+        read(&format!("{types}{nodes}{quadratic}{linear}")),
+        expected
+    );
+}
+
 #[test]
 fn middle_nodes_of_a_neighbour_are_used_and_others_made() {
     let quadratic = [1, 2, 3, 5, 21, 22, 23, 24, 25, 26];
