@@ -323,7 +323,9 @@ mod tests {
 
     #[test]
     fn formats_are_known_by_what_they_hold() {
-        let files: [(&[u8], Format); 8] = [
+        // CDWRITE puts the geometry before the mesh.
+        let geometry = format!("{:<72}S      1\n/PREP7\nNBLOCK,6\n", "/TITLE,a");
+        let files: [(&[u8], Format); 16] = [
             (elements!("order2.msh"), Format::Msh4),
             (elements!("order2_msh2.msh"), Format::Msh2),
             (elements!("order2_msh2_binary.msh"), Format::Msh2),
@@ -332,10 +334,26 @@ mod tests {
             (elements!("order2_raw.vtu"), Format::Vtu),
             (b"** a comment\n\n  * node, nset=KEYWORD\n", Format::Deck),
             (b"\xef\xbb\xbf<?xml version=\"1.0\"?>\n<!-- mine -->\n<VTKFile type=\"UnstructuredGrid\">", Format::Vtu),
+            (b"!\nNBLOCK,6,SOLID\n", Format::Ansys),
+            (b"*SET,A,1\n  eblock,10,,,3\n", Format::Ansys),
+            (b"/COM,ANSYS\n/PREP7\n", Format::Ansys),
+            (geometry.as_bytes(), Format::Ansys),
+            (b"CEND\nBEGIN BULK\nGRID,1\n", Format::Nastran),
+            (b"$ comment\nGRID    1\n", Format::Nastran),
+            (b"$NODES\nGRID*   1\n", Format::Nastran),
+            (b"grid\t1\n*NODE1  2\n", Format::Nastran),
         ];
         for (bytes, format) in files {
             // The ending is that of another format: it does not count.
             assert_eq!(detect(bytes, "mesh.stl").unwrap(), format);
+        }
+        let named = [
+            ("a.cdb", Format::Ansys),
+            ("b.NAS", Format::Nastran),
+            ("c.dat", Format::Nastran),
+        ];
+        for (name, format) in named {
+            assert_eq!(detect(b"unknown", name).unwrap(), format, "{name}");
         }
         let newer = b"$MeshFormat\n5 0 8\n$EndMeshFormat\n";
         assert!(message(newer, "a.msh").starts_with("MSH version 5 is not read, only 4.1, 4.0"));

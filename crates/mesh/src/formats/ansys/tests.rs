@@ -268,7 +268,7 @@ fn plain_and_compact_blocks_of_elements() {
     }
     let list: Vec<i64> = LOWER.into_iter().chain(21..=32).collect();
     let elements = [solid(2, 1, 10, &list), solid(2, 3, 20, &UPPER)];
-    let types = "ET,1,186\nET,3,185\n";
+    let types = "ET,1,186\nET,3,185\nMP,EX,1,3\nMP,EX,2,5\n";
     let expected = read(&format!("{types}{nodes}{}", block(&elements)));
     let line = |numbers: &[i64]| {
         let fields: String = numbers.iter().map(|n| format!("{n:9}")).collect();
@@ -412,6 +412,7 @@ fn faults_name_the_line_and_the_remedy() {
         *DO,i,1,9\nN,i,i,0,0\n*ENDDO\n => line 2, N & CDWRITE
         ET,1,45\nE,1,2,3,4,5,6,7,8\n => line 2: element 1 names node 1
         ET,1,45\nN,1\nE,1,1,1\n => line 3: element 1 has 3 nodes, and type SOLID45 has 8
+        NBLOCK,6\n(3i8,6e20.13)\n       1\nET,1,185\nCSYS,12\nN,2 => line 6, N & no coordinate system 12
         CSYS,12\nN,1,0,0,0\n => line 2, N & no coordinate system 12
         ET,1,21\nN,1\nE,1\n => elements of types MASS21 are neither solids nor surfaces
     ";

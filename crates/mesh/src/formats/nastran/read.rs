@@ -198,11 +198,11 @@ impl Reader {
             Section::Bulk => {}
         }
         if cards::continues(line) {
-            let result = if self.is_open {
-                self.card.add(line)
-            } else {
-                Ok(())
-            };
+            if !self.is_open {
+                self.bulk.aside.add("continuation of no card", 1);
+                return Ok(true);
+            }
+            let result = self.card.add(line);
             // The other cards are only counted.
             if element(&self.card.name).is_some() || READ.contains(&self.card.name.as_str()) {
                 result.map_err(LineError::OfLine)?;

@@ -184,7 +184,7 @@ fn properties_and_shells_are_groups_by_the_names_of_preprocessors() {
         assert_eq!(elements(&content, "blade"), [1], "{lines}");
         assert_eq!(elements(&content, "PSOLID 8"), [2], "{lines}");
     }
-    let components = "$HMNAME COMP                   2\"both\" 7 \"PSOLID\"\n$HMMOVE        2\n$       1THRU       2       3\n";
+    let components = "$HMNAME COMP                   2\"both\" 7 \"PSOLID\"\n$HMMOVE        2\n$       1THRU       3\n";
     let content = read(&format!("{cards}{components}PSOLID,7,1\n"));
     assert_eq!(elements(&content, "both"), [1, 2]);
     assert_eq!(elements(&content, "both (shells)"), [3]);
@@ -273,12 +273,12 @@ fn sets_are_groups() {
 #[test]
 fn what_is_left_aside_is_named_with_its_number() {
     let text = format!(
-        "{}{LOWER}GRID,30\nGRID,31\nCONM2,40,30,,1.\nRBE2,41,31,123,1,2\nFORCE,1,1,,1.,1.\nFORCE,1,2,,1.,1.\n\
+        "+,1,2\n{}{LOWER}GRID,30\nGRID,31\nCONM2,40,30,,1.\nRBE2,41,31,123,1,2\nFORCE,1,1,,1.,1.\nFORCE,1,2,,1.,1.\n\
          PARAM,POST,-1\nEIGRL,1\nCIHEX9,1\nDTI,UNITS,1,KG,N,M,S\nBEGIN SUPER=1\nGRID,1\nCHEXA,1\nENDDATA\n",
         corners()
     );
     let content = read(&text);
-    let expected = "CIHEX9 (1), CONM2 (1), FORCE (2), RBE2 (1). Supports & BEGIN SUPER 1 (3) & \
+    let expected = "CIHEX9 (1), CONM2 (1), FORCE (2), RBE2 (1), continuation of no card (1). Supports & BEGIN SUPER 1 (3) & \
                     KG, N, M, S";
     has(&remarks(&content), expected);
     assert!(
