@@ -467,6 +467,9 @@ mod tests {
             universal,
             "`gmsh -0 c -format msh41 -o c.msh`",
         );
+        // The geometry that CDWRITE writes to a file of its own.
+        let of_ansys = format!("{:<72}S      1\n/PREP7\n", "/TITLE,a");
+        is_named(of_ansys.as_bytes(), "f.txt", "a geometry", "OpenCASCADE");
         is_named(hdf, "d.med", "a MED file", "`meshio convert d.med d.vtu`");
         is_named(hdf, "d.cgns", "a CGNS file", "meshio");
         is_named(hdf, "d.h5", "an HDF5 file", "meshio");
