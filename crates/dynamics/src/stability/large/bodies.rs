@@ -56,6 +56,8 @@ pub(super) struct Bodies {
     /// Modes of the columns behind them.
     pub(super) modes: Vec<usize>,
     pub(super) sliders: usize,
+    /// Angular frequency of the excitation, rad/s.
+    omega: f64,
     /// Rows by columns.
     pub(super) stiffness: Mat<f64>,
     pub(super) mass: Mat<f64>,
@@ -136,13 +138,13 @@ impl Moving {
 }
 
 impl Bodies {
-    /// Bodies of a problem with the modes of at most `most_omega`, rad/s. `laws` are those of the steps of
-    /// each pair that may change.
+    /// Bodies of a problem that is excited with `omega`, rad/s, with the modes of at most `most_omega`.
+    /// `laws` are those of the steps of each pair that may change.
     pub(super) fn new(
         problem: &Problem,
         damping: Rayleigh,
         laws: Vec<PairLaws>,
-        most_omega: f64,
+        [omega, most_omega]: [f64; 2],
     ) -> Self {
         let reduced = &*problem.reduced;
         let mut moving = Moving::new(problem, laws);
@@ -180,6 +182,7 @@ impl Bodies {
             displacements: moving.displacements,
             modes,
             sliders: moving.sliders,
+            omega,
             stiffness,
             mass,
             damping: viscous,
@@ -205,12 +208,17 @@ impl Bodies {
 
     /// Weights of displacements and velocities, and of sliders, whose squares with them are energies, J.
     pub(super) fn weights(&self) -> [Vec<f64>; 2] {
-        let diagonal = |of: &Mat<f64>| -> Vec<f64> {
-            (0..self.columns())
-                .map(|i| of[(i, i)].abs().sqrt())
-                .collect()
-        };
-        let motion = [diagonal(&self.stiffness), diagonal(&self.mass)].concat();
+        let diagonal = |of: &Mat<f64>, i: usize| of[(i, i)].abs();
+        // A displacement that nothing opposes counts by its inertia.
+        let inertial = |i: usize| self.omega.powi(2) * diagonal(&self.mass, i);
+        let displaced = |i: usize| (diagonal(&self.stiffness, i) + inertial(i)).sqrt();
+        let moving = |i: usize| diagonal(&self.mass, i).sqrt();
+        let columns = 0..self.columns();
+        let motion: Vec<f64> = columns
+            .clone()
+            .map(displaced)
+            .chain(columns.map(moving))
+            .collect();
         let of_sliders = self.pairs.iter().filter_map(|pair| pair.springs);
         let of_sliders = of_sliders.flat_map(|[_, k]| [k.sqrt(); 2]);
         [motion, of_sliders.collect()]

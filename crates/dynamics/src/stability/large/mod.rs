@@ -124,7 +124,7 @@ impl Model<'_> {
         let omega = self.omega();
         let most_omega = steps as f64 / STEPS_OF_MODE * omega;
         let laws = self.laws(steps, eps_scale);
-        let bodies = Bodies::new(self.problem, self.damping, laws, most_omega);
+        let bodies = Bodies::new(self.problem, self.damping, laws, [omega, most_omega]);
         let neutral = self.neutral(&bodies);
         Period::new(bodies, neutral, steps, TAU / omega / steps as f64)
     }

@@ -149,6 +149,33 @@ fn left_by_integration(problem: &Problem, damping: Rayleigh, orbit: &Orbit, skip
     (sizes[skipped + PERIODS] / sizes[skipped]).powf(1.0 / PERIODS as f64)
 }
 
+#[test]
+fn a_pair_that_lands_later_sticks_where_it_has_moved_on_to() {
+    // The place of the slider acts on the normal motion.
+    let stiffness = [[1.0, 0.5, 0.1], [0.5, 1.0, 0.1], [0.1, 0.1, 1.4]];
+    let stiffness = Mat::from_fn(3, 3, |i, j| stiffness[i][j]);
+    let model = ReducedModel::from_pair_matrices(stiffness, Mat::identity(3, 3))
+        .static_load([-1.0, 0.0, 0.0])
+        .unit_load([1.3, 0.3, 0.1]);
+    let law = PairLaw::rigid(1.5, 0.0).springs(12.0, 8.0);
+    let problem = Problem::uniform(model, law, 1.0);
+    let solved = ForcedResponse::new(&problem)
+        .damping(DampingSpec::Rayleigh {
+            stiffness_s: 0.0,
+            mass_per_s: 0.1,
+        })
+        .harmonics(41)
+        .frequencies_hz([0.6 / TAU])
+        .solve()
+        .unwrap();
+    let orbit = &solved.response.orbits[0];
+    assert_eq!(orbit.counts().opening, 1);
+    let expected = by_exponentials(&problem, solved.damping, orbit);
+    let found = by_steps(&problem, solved.damping, orbit, 2048);
+    let off = (found - expected).norm();
+    assert!(off < 1e-2, "{found} instead of {expected}");
+}
+
 /// Motion of the dovetail under this force, and the modulus of its largest multiplier.
 fn dovetail(force_n: f64, hz: f64) -> (Problem, Rayleigh, Orbit, f64) {
     let problem = dovetail72::dovetail72(force_n);
