@@ -333,7 +333,10 @@ fn a_fold_is_told_wherever_results_are_read() {
     }
     assert_eq!(found["response"]["bifurcations"], serde_json::json!([]));
     let peak = &found["response"]["peak_stability"];
-    assert_eq!(peak["not_judged"], "rigid pairs open and land with much of the kinetic energy", "{peak}");
+    assert_eq!(
+        peak["not_judged"], "rigid pairs open and land with much of the kinetic energy",
+        "{peak}"
+    );
     has(
         &stderr,
         "the stability of the peak of tip was not judged: rigid pairs open and land with much of the kinetic energy",
