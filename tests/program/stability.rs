@@ -59,6 +59,7 @@ fn an_unstable_peak_is_told_and_the_run_says_where_it_leads() {
     let halves =
         ["first", "second"].map(|word| number(doubled, &format!("tip_{word}_period_amplitude_m")));
     let [least, most] = [f64::min, f64::max].map(|end| end(halves[0], halves[1]));
+    println!("half ranges of two periods: {halves:.4?} m");
     assert!((least / 1.2732 - 1.0).abs() < 0.01, "{halves:?}");
     assert!((most / 1.5364 - 1.0).abs() < 0.01, "{halves:?}");
     assert_eq!(doubled["stable"], "yes");
@@ -121,6 +122,7 @@ fn a_period_doubling_is_located_along_a_curve() {
     let hz = change["frequency_hz"].as_f64().unwrap();
     // By leapfrog integration over 6000 periods from rest, the motion doubles its period from 0.37529 Hz
     // on.
+    println!("period doubling at {hz:.5} Hz");
     assert!((hz - 0.37529).abs() < 4e-4, "{change}");
     let table = rows(&out.join("response.csv"));
     let after = change["after_row"].as_u64().unwrap() as usize;
