@@ -88,7 +88,8 @@ fn a_run_tells_everything() {
     listener.frequencies_hz.sort_by(f64::total_cmp);
     let solved: Vec<f64> = response.orbits.iter().map(|o| o.frequency_hz).collect();
     assert_eq!(listener.frequencies_hz, solved);
-    assert_eq!(listener.stages, [Stage::StaticState, Stage::Response]);
+    let stages = [Stage::StaticState, Stage::Response, Stage::Stability];
+    assert_eq!(listener.stages, stages);
 }
 
 #[test]
@@ -185,6 +186,7 @@ fn what_the_files_say_reads_back_as_the_summary_of_the_run() {
         Stage::StaticState,
         Stage::StaticFiles,
         Stage::Response,
+        Stage::Stability,
         Stage::ResponseFiles,
     ];
     assert_eq!(ids, expected);

@@ -56,6 +56,11 @@ pub enum Reason {
     /// The air acts on the blades.
     #[error("the air acts on the blades")]
     Influence,
+    /// A multiplier beyond 1 may belong to the drift that the retention of the mean prevents.
+    #[error(
+        "the mean is retained, and a multiplier beyond 1 may belong to the drift that this prevents"
+    )]
+    Retained,
     /// Rigid pairs land with much of the kinetic energy: their rebound would decide.
     #[error("rigid pairs open and land with much of the kinetic energy")]
     Landing,

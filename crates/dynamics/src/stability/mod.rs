@@ -58,7 +58,7 @@ const SHARE: f64 = 0.6;
 /// Share of the kinetic energy that landing rigid pairs may have. The law says nothing of their rebound,
 /// which must not matter.
 const REBOUND: f64 = 0.01;
-/// Least distance from the unit circle at which a motion is judged whose pairs change.
+/// Least distance from the unit circle at which a motion is judged.
 const LEAST: f64 = 1e-6;
 
 /// Judges a periodic motion of `problem` about its static state that a force excites, as the balance of
@@ -89,7 +89,15 @@ fn judged(
     if let Some(reason) = reason_against(problem, orbit) {
         return Err(reason);
     }
-    if orbit.mean == Mean::Retained || landing(problem, orbit).next().is_some() {
+    if orbit.mean == Mean::Retained {
+        // The drift that the retention prevents is no instability of the vibration.
+        let stability = large::judged(problem, damping, orbit)?;
+        return match stability.is_stable() {
+            Some(false) => Err(Reason::Retained),
+            _ => Ok(stability),
+        };
+    }
+    if landing(problem, orbit).next().is_some() {
         return large::judged(problem, damping, orbit);
     }
     match judged_by_exponentials(problem, damping, state, orbit) {
@@ -151,8 +159,10 @@ fn agree(one: c64, other: c64) -> bool {
 }
 
 fn of_multiplier(multiplier: c64, is_sure: bool) -> Stability {
+    // A motion without damping has multipliers on the unit circle.
+    let is_off = (multiplier.norm() - 1.0).abs() > LEAST;
     Stability {
-        verdict: match is_sure {
+        verdict: match is_sure && is_off {
             true => verdict_of(multiplier),
             false => Verdict::NotJudged(Reason::TooNear),
         },

@@ -356,7 +356,7 @@ impl Responses<'_, '_> {
             point,
             ..linear_orbit(&system, harmonics, at.frequency_hz)
         });
-        let mut response = Response {
+        Response {
             orbits: orbits.collect(),
             branches: vec![Branch::swept(linear.len())],
             linear,
@@ -365,11 +365,7 @@ impl Responses<'_, '_> {
             bifurcations: Vec::new(),
             two_periods: Vec::new(),
             slip_threshold_m: 0.0,
-        };
-        let settings = settings(self.spec, self.frequencies_hz.to_vec(), resolution);
-        self.judged()
-            .judge_response(&mut response, &[], &settings, None);
-        response
+        }
     }
 }
 

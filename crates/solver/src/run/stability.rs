@@ -301,9 +301,7 @@ pub(super) fn points_to_judge(
 ) -> Vec<usize> {
     match scope {
         StabilityScope::None => Vec::new(),
-        StabilityScope::Peaks if pairs == 0 || pairs > FEW_PAIRS => {
-            points_that_matter(response, named_hz)
-        }
+        StabilityScope::Peaks if pairs > FEW_PAIRS => points_that_matter(response, named_hz),
         _ => (0..response.orbits.len()).collect(),
     }
 }
@@ -355,7 +353,6 @@ mod tests {
         let of = |scope, pairs, named: &[f64]| points_to_judge(&response, scope, pairs, named);
         assert_eq!(of(Peaks, 72, &[]), [0, 2, 4, 6]);
         assert_eq!(of(Peaks, 72, &[4.0]), [0, 2, 3, 4, 6]);
-        assert_eq!(of(Peaks, 0, &[]), [0, 2, 4, 6]);
         assert_eq!(of(Peaks, FEW_PAIRS, &[]), [0, 1, 2, 3, 4, 5, 6]);
         assert_eq!(of(EveryPoint, 72, &[]).len(), 7);
         assert!(of(None, 1, &[4.0]).is_empty());

@@ -3,15 +3,13 @@
 use super::bodies::{Bodies, MovingPair};
 use super::states::States;
 use super::step_laws::StepLaw;
+use super::turns::GAMMA;
 use crate::contact::coulomb::Contact;
 use crate::stability::Reason;
 use dovetail_numerics::dense::{Lu, product};
 use faer::Mat;
 use rayon::prelude::*;
-use std::f64::consts::FRAC_1_SQRT_2;
 
-/// Coefficient of the stages.
-pub(super) const GAMMA: f64 = 1.0 - FRAC_1_SQRT_2;
 /// Share of the first stage's increment in the state that the second one starts from.
 const CARRIED: f64 = (1.0 - GAMMA) / GAMMA;
 
