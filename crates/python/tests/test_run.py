@@ -224,7 +224,7 @@ def test_progress_is_heard_event_by_event(scene):
     steps = sum(event["steps"] for event in events if event["kind"] == "loop_advances")
     assert loop["steps"] == steps == 5
     titles = [event["title"] for event in events if event["kind"] == "stage_ends"]
-    assert titles == ["reduced model", "static state", "response, 1 harmonic"]
+    assert titles == ["reduced model", "static state", "response, 1 harmonic", "stability"]
     frequencies = sorted(e["frequency_hz"] for e in events if e["kind"] == "frequency")
     np.testing.assert_allclose(frequencies, np.linspace(695, 705, 5))
 

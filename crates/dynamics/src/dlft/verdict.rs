@@ -61,6 +61,9 @@ pub enum Reason {
         "the mean is retained, and a multiplier beyond 1 may belong to the drift that this prevents"
     )]
     Retained,
+    /// The multipliers call the motion unstable, and an integration in time stays on it.
+    #[error("its multipliers call it unstable, but an integration in time stays on it")]
+    Stays,
     /// Rigid pairs land with much of the kinetic energy: their rebound would decide.
     #[error("rigid pairs open and land with much of the kinetic energy")]
     Landing,
@@ -80,7 +83,8 @@ pub enum Reason {
 }
 
 impl Stability {
-    pub(crate) const fn not_judged(reason: Reason) -> Self {
+    /// No verdict, for this reason.
+    pub const fn not_judged(reason: Reason) -> Self {
         Self {
             verdict: Verdict::NotJudged(reason),
             multiplier: None,

@@ -309,7 +309,7 @@ impl Responses<'_, '_> {
     /// [`Error::Stopped`] by the observer.
     pub(super) fn departures(
         &self,
-        response: &Response,
+        response: &mut Response,
         begun: Instant,
     ) -> Result<Vec<Departure>, Error> {
         let observations = self.reduced.observations().len();

@@ -11,7 +11,7 @@ use crate::dlft::{Bifurcation, Orbit, Response, SolvedFrequency, StaticState};
 use crate::integration::departure::{Departure, depart};
 use crate::problem::Problem;
 use crate::results::peak::{largest_amplitude, local_peaks, unstable_peaks};
-use crate::stability::{Kind, Stability, judge, two_periods};
+use crate::stability::{Kind, Reason, Stability, judge, two_periods};
 use rayon::prelude::*;
 use std::collections::BTreeSet;
 use std::time::Instant;
@@ -22,6 +22,8 @@ const FEW_PAIRS: usize = 12;
 const LOCATING: usize = 16;
 /// Relative distance of the frequencies on both sides of a change at which it is located.
 const LOCATED: f64 = 1e-4;
+/// Relative change of an amplitude at which an integration has left a motion.
+const LEFT: f64 = 0.02;
 /// Most periods that an unstable peak is followed for.
 const DEPARTING: usize = 1000;
 
@@ -215,13 +217,14 @@ impl Judged<'_> {
     }
 
     /// Integrates from the peak of each observed displacement that is unstable, not beyond an instant.
-    /// A motion that cannot be integrated has no entry.
+    /// A motion that cannot be integrated has no entry. The verdict on a motion that the integration
+    /// contradicts is withdrawn.
     ///
     /// # Errors
     /// [`Error::Stopped`] by the observer.
     pub(super) fn departures(
         &self,
-        response: &Response,
+        response: &mut Response,
         observations: usize,
         until: Instant,
         session: &Session<'_>,
@@ -235,11 +238,18 @@ impl Judged<'_> {
             "time integration from an unstable peak",
         );
         let ends = || Instant::now() > until || session.check_running().is_err();
-        let one = |at: &usize| {
-            let orbit = &response.orbits[*at];
-            depart(self.problem, self.damping, orbit, DEPARTING, &ends).ok()
-        };
-        let departures = unstable.iter().filter_map(one).collect();
+        let mut departures = Vec::new();
+        for at in unstable {
+            let orbit = &mut response.orbits[at];
+            let departure = depart(self.problem, self.damping, orbit, DEPARTING, &ends);
+            match departure {
+                Ok(found) if stays(orbit, found.periods, &found.amplitude_range_m) => {
+                    orbit.stability = Stability::not_judged(Reason::Stays);
+                }
+                Ok(found) => departures.push(found),
+                Err(_) => {}
+            }
+        }
         session.check_running()?;
         Ok(departures)
     }
@@ -266,6 +276,18 @@ fn doubled_motions(response: &Response) -> Vec<usize> {
         chosen.extend(largest);
     }
     chosen
+}
+
+/// Returns `true` if an integration over so many periods, with amplitudes in these ranges, stays on a
+/// motion although its perturbation, of 0.1 %, should have grown to the size of the motion.
+fn stays(orbit: &Orbit, periods: usize, amplitude_range_m: &[[f64; 2]]) -> bool {
+    let multiplier = orbit.stability.multiplier;
+    let growth = multiplier.map_or(0.0, |m| periods as f64 * m.norm().ln());
+    let mut amplitudes = amplitude_range_m.iter().zip(&orbit.observed_amplitude);
+    let is_near = |[least, most]: &[f64; 2], own: &f64| {
+        (least / own - 1.0).abs() < LEFT && (most / own - 1.0).abs() < LEFT
+    };
+    growth > 1000f64.ln() && amplitudes.all(|(range, own)| is_near(range, own))
 }
 
 /// One side of a change of stability.
@@ -332,6 +354,8 @@ fn points_that_matter(response: &Response, named_hz: &[f64]) -> Vec<usize> {
 mod tests {
     use super::*;
     use crate::dlft::{Branch, Outcome};
+    use crate::stability::Verdict;
+    use faer::c64;
 
     /// Response over 1, 2, ... Hz with these amplitudes.
     fn response(amplitudes_m: &[f64]) -> Response {
@@ -344,6 +368,23 @@ mod tests {
             branches: vec![Branch::swept(amplitudes_m.len())],
             ..Response::default()
         }
+    }
+
+    #[test]
+    fn an_integration_that_stays_contradicts_a_fast_instability_alone() {
+        let orbit = |multiplier: f64| Orbit {
+            observed_amplitude: vec![2.0],
+            stability: Stability {
+                verdict: Verdict::Unstable(Kind::Real),
+                multiplier: Some(c64::new(multiplier, 0.0)),
+            },
+            ..Orbit::motionless(1.0, Outcome::Converged)
+        };
+        let stays = |multiplier, range| stays(&orbit(multiplier), 100, &[range]);
+        assert!(stays(1.5, [1.99, 2.01]));
+        assert!(!stays(1.5, [1.9, 2.01]) && !stays(1.5, [1.99, 2.1]));
+        // After 100 periods 0.1 % have become 0.27 %.
+        assert!(!stays(1.01, [1.99, 2.01]));
     }
 
     #[test]
