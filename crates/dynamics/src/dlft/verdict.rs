@@ -84,7 +84,7 @@ pub enum Reason {
 
 impl Stability {
     /// No verdict, for this reason.
-    pub const fn not_judged(reason: Reason) -> Self {
+    pub(crate) const fn not_judged(reason: Reason) -> Self {
         Self {
             verdict: Verdict::NotJudged(reason),
             multiplier: None,

@@ -11,7 +11,7 @@ use crate::dlft::{Bifurcation, Orbit, Response, SolvedFrequency, StaticState};
 use crate::integration::departure::{Departure, depart};
 use crate::problem::Problem;
 use crate::results::peak::{largest_amplitude, local_peaks, unstable_peaks};
-use crate::stability::{Kind, Reason, Stability, judge, two_periods};
+use crate::stability::{Kind, Reason, Stability, Verdict, judge, two_periods};
 use rayon::prelude::*;
 use std::collections::BTreeSet;
 use std::time::Instant;
@@ -244,7 +244,7 @@ impl Judged<'_> {
             let departure = depart(self.problem, self.damping, orbit, DEPARTING, &ends);
             match departure {
                 Ok(found) if stays(orbit, found.periods, &found.amplitude_range_m) => {
-                    orbit.stability = Stability::not_judged(Reason::Stays);
+                    orbit.stability.verdict = Verdict::NotJudged(Reason::Stays);
                 }
                 Ok(found) => departures.push(found),
                 Err(_) => {}
@@ -354,7 +354,6 @@ fn points_that_matter(response: &Response, named_hz: &[f64]) -> Vec<usize> {
 mod tests {
     use super::*;
     use crate::dlft::{Branch, Outcome};
-    use crate::stability::Verdict;
     use faer::c64;
 
     /// Response over 1, 2, ... Hz with these amplitudes.
