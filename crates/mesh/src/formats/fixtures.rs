@@ -5,6 +5,7 @@ use std::collections::BTreeSet;
 
 use super::Content;
 use crate::element::{ElementType, Shape};
+use crate::{Group, MeshError};
 
 /// Bytes of a file of `meshes/elements`.
 macro_rules! elements {
@@ -24,8 +25,7 @@ pub(super) const GROUPS: [&str; 6] = ["hexahedra", "wedges", "mixed", "base", "t
 /// Nodes of each element of a group, or of each facet.
 #[track_caller]
 pub(super) fn nodes_of<T: FromIterator<Vec<u32>>>(content: &Content, group: &str) -> T {
-    let group_nodes = content.groups.get(group);
-    let group = group_nodes.unwrap_or_else(|| panic!("no {group} in {:?}", content.groups.keys()));
+    let group = group_of(content, group);
     let list = match group.dimension {
         3 => &content.elements,
         _ => &content.facets,
@@ -35,6 +35,42 @@ pub(super) fn nodes_of<T: FromIterator<Vec<u32>>>(content: &Content, group: &str
         .iter()
         .map(|e| list.element_nodes(*e as usize).to_vec());
     nodes.collect()
+}
+
+/// Reader of included files, for a text that includes none.
+pub(super) fn nothing_included(name: &str) -> Result<Vec<u8>, MeshError> {
+    panic!("{name} is included");
+}
+
+/// Remarks of a reader, one a line.
+pub(super) fn remarks(content: &Content) -> String {
+    content.remarks.join("\n")
+}
+
+/// Group of this name.
+#[track_caller]
+fn group_of<'a>(content: &'a Content, group: &str) -> &'a Group {
+    let found = content.groups.get(group);
+    found.unwrap_or_else(|| panic!("no {group} in {:?}", content.groups.keys()))
+}
+
+/// Tags of the nodes of a group.
+#[track_caller]
+pub(super) fn node_tags(content: &Content, group: &str) -> Vec<u64> {
+    let nodes = group_of(content, group).nodes.iter();
+    nodes.map(|n| content.node_tags[*n as usize]).collect()
+}
+
+/// Tags of the elements of a group (of its facets, if it is a surface).
+#[track_caller]
+pub(super) fn element_tags(content: &Content, group: &str) -> Vec<u64> {
+    let group = group_of(content, group);
+    let list = match group.dimension {
+        2 => &content.facets,
+        _ => &content.elements,
+    };
+    let tags = group.elements.iter().map(|e| list.tags()[*e as usize]);
+    tags.collect()
 }
 
 /// Checks that numbers agree within a tolerance, one by one.

@@ -1,11 +1,7 @@
-use super::super::fixtures::nodes_of;
+use super::super::fixtures::{element_tags, node_tags, nodes_of, nothing_included, remarks};
 use super::*;
 use crate::element::ElementType;
 use dovetail_testkit::words::{cases, has};
-
-fn nothing_included(name: &str) -> Result<Vec<u8>, MeshError> {
-    panic!("{name} is included");
-}
 
 fn read(text: &str) -> Content {
     parse(text.as_bytes(), &mut nothing_included).unwrap_or_else(|e| panic!("{e}\n{text}"))
@@ -16,39 +12,8 @@ fn message(text: &str) -> String {
     found.map(|c| format!("{c:?}")).unwrap_err().to_string()
 }
 
-fn remarks(content: &Content) -> String {
-    content.remarks.join("\n")
-}
-
 fn types(content: &Content) -> Vec<(ElementType, usize)> {
     content.elements.types().into_iter().collect()
-}
-
-/// Tags of the nodes of a group.
-fn nodes(content: &Content, group: &str) -> Vec<u64> {
-    let found = content.groups.get(group);
-    let found = found.unwrap_or_else(|| panic!("no {group} in {:?}", content.groups.keys()));
-    found
-        .nodes
-        .iter()
-        .map(|n| content.node_tags[*n as usize])
-        .collect()
-}
-
-/// Tags of the elements of a group.
-fn elements(content: &Content, group: &str) -> Vec<u64> {
-    let found = content.groups.get(group);
-    let found = found.unwrap_or_else(|| panic!("no {group} in {:?}", content.groups.keys()));
-    let list = if found.dimension == 2 {
-        &content.facets
-    } else {
-        &content.elements
-    };
-    found
-        .elements
-        .iter()
-        .map(|e| list.tags()[*e as usize])
-        .collect()
 }
 
 /// Lines of an NBLOCK with the twelve corners of two unit cubes above each other.
@@ -113,9 +78,9 @@ fn blocks_of_nodes_elements_and_components() {
     let content = read(&text);
     assert_eq!(types(&content), [(ElementType::HEX8, 2)]);
     assert_eq!(content.nodes[10], [1.0, 1.0, 2.0]);
-    assert_eq!(nodes(&content, "TOP"), [9, 10, 11, 12]);
-    assert_eq!(elements(&content, "Upper"), [20]);
-    assert_eq!(elements(&content, "all"), [10, 20]);
+    assert_eq!(node_tags(&content, "TOP"), [9, 10, 11, 12]);
+    assert_eq!(element_tags(&content, "Upper"), [20]);
+    assert_eq!(element_tags(&content, "all"), [10, 20]);
     let material = &content.materials[0];
     assert_eq!(
         (
@@ -168,7 +133,7 @@ fn commands_give_the_same_mesh_as_blocks() {
             None => format!("{line}\n"),
         });
     assert_eq!(read(&lines.collect::<String>()), blocks);
-    assert_eq!(elements(&blocks, "material 2"), [2]);
+    assert_eq!(element_tags(&blocks, "material 2"), [2]);
 }
 
 /// Every kind of solid, with the order of its nodes by the middle of an edge of the cube.
@@ -356,7 +321,7 @@ fn properties_of_materials_in_all_forms() {
         "Laws of TB (plasticity, creep, contact and others) of these materials were left aside, and only EX, NUXY or PRXY, and DENS count: `steel`",
     ];
     has(&remarks(&varying), &expected.join(" & "));
-    assert_eq!(elements(&varying, "steel"), [1]);
+    assert_eq!(element_tags(&varying, "steel"), [1]);
 }
 
 /// Comments of Workbench name bodies and their materials.
@@ -371,9 +336,9 @@ fn bodies_and_materials_of_workbench_keep_their_names() {
         block(&[solid(2, 2, 2, &UPPER)])
     );
     let content = read(&text);
-    assert_eq!(elements(&content, "Blade"), [1]);
-    assert_eq!(elements(&content, "Disc"), [2]);
-    assert_eq!(elements(&content, "all"), [1, 2]);
+    assert_eq!(element_tags(&content, "Blade"), [1]);
+    assert_eq!(element_tags(&content, "Disc"), [2]);
+    assert_eq!(element_tags(&content, "all"), [1, 2]);
     assert_eq!(content.groups.len(), 3, "{:?}", content.groups.keys());
     assert_eq!(content.materials.len(), 1);
     assert_eq!(content.materials[0].name, "Steel");
@@ -395,7 +360,7 @@ fn nodes_in_other_systems_and_what_is_left_aside() {
     let left = "not read: CM of a selection (1), CP (1), D (2), DBLOCK (3), OMEGA (1). Supports";
     has(&remarks(&content), left);
     has(&remarks(&content), "systems of 1 nodes were left aside");
-    assert_eq!(nodes(&content, "every"), LOWER.map(|n| n as u64));
+    assert_eq!(node_tags(&content, "every"), LOWER.map(|n| n as u64));
 }
 
 #[test]
@@ -446,9 +411,9 @@ fn a_real_blade() {
     );
     assert_eq!(content.nodes.len(), 15_689);
     for i in 1..=4 {
-        assert_eq!(nodes(&content, &format!("FIRTREE{i}")).len(), 80);
+        assert_eq!(node_tags(&content, &format!("FIRTREE{i}")).len(), 80);
     }
-    assert_eq!(nodes(&content, "PRESSURE_SURF").len(), 2701);
+    assert_eq!(node_tags(&content, "PRESSURE_SURF").len(), 2701);
     let material = content.materials.remove(0);
     let found = (material.young, material.poisson, material.density);
     assert_eq!(found, (Some(29_007_547.5), Some(0.3), Some(7.345444929e-4)));

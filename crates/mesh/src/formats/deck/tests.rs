@@ -1,6 +1,9 @@
 use std::collections::BTreeSet;
 
-use super::super::fixtures::{GROUPS, assert_middles, assert_near, elements, nodes_of, quadratic};
+use super::super::fixtures::{
+    GROUPS, assert_middles, assert_near, element_tags, elements, node_tags, nodes_of,
+    nothing_included, quadratic,
+};
 use super::super::msh2;
 use super::*;
 use crate::element::Shape;
@@ -9,38 +12,12 @@ use dovetail_testkit::words::{cases, has};
 const ORDER1: &str = include_str!("../../../../../meshes/elements/order1.inp");
 const ORDER2: &str = include_str!("../../../../../meshes/elements/order2.inp");
 
-fn nothing_included(name: &str) -> Result<Vec<u8>, MeshError> {
-    panic!("{name} is included");
-}
-
 fn read(text: &str) -> Result<Content, MeshError> {
     parse(text.as_bytes(), &mut nothing_included)
 }
 
 fn message(text: &str) -> String {
     read(text).unwrap_err().to_string()
-}
-
-/// Tags of the elements of a group (of its facets, if it is a surface).
-fn tags(content: &Content, group: &str) -> Vec<u64> {
-    let group = content.groups.get(group).unwrap_or_else(|| {
-        panic!("no {group} in {:?}", content.groups.keys());
-    });
-    let list = match group.dimension {
-        2 => &content.facets,
-        _ => &content.elements,
-    };
-    group
-        .elements
-        .iter()
-        .map(|e| list.tags()[*e as usize])
-        .collect()
-}
-
-/// Tags of the nodes of a group.
-fn nodes(content: &Content, group: &str) -> Vec<u64> {
-    let nodes = content.groups[group].nodes.iter();
-    nodes.map(|n| content.node_tags[*n as usize]).collect()
 }
 
 fn names(content: &Content) -> Vec<&str> {
@@ -195,7 +172,7 @@ Root, ENCASTRE
 fn instances_stand_where_the_assembly_puts_them() {
     let content = read(CAE).unwrap();
     assert_eq!(content.elements.len(), 2);
-    assert_eq!(tags(&content, "Blade-1"), [1]);
+    assert_eq!(element_tags(&content, "Blade-1"), [1]);
     let second = &content.groups["Blade-2"];
     assert_eq!((second.dimension, &second.elements[..]), (3, &[1][..]));
     // Shifted by 2, then turned by 90 degrees about the line through (2, 0): x goes to y.
@@ -228,7 +205,7 @@ fn sets_of_parts_and_of_the_assembly_are_groups() {
         ]
     );
     assert_eq!(content.groups["Both"].elements, [0, 1]);
-    assert_eq!(nodes(&content, "Root"), [1, 2, 3, 4, 1, 2]);
+    assert_eq!(node_tags(&content, "Root"), [1, 2, 3, 4, 1, 2]);
     let flank = &content.groups["Flank"];
     let facets: Vec<_> = nodes_of(&content, "Flank");
     let tags = facets[0].iter().map(|n| content.node_tags[*n as usize]);
@@ -303,7 +280,7 @@ fn keywords_lines_and_comments_follow_the_rules() {
         (&[7][..], &[0, 1, 2, 3][..])
     );
     assert_eq!(names(&content), ["A body, left", "Nall"]);
-    assert_eq!(nodes(&content, "Nall"), [1, 2, 3, 4]);
+    assert_eq!(node_tags(&content, "Nall"), [1, 2, 3, 4]);
     assert_eq!(
         content.remarks,
         [
@@ -334,7 +311,7 @@ fn labels_may_be_sparse_and_large() {
     let deck = NODES.replace("\n1, 0", "\n9000000000000, 0")
         + &BRICKS.replace("1, 1, 2", "8000000000001, 9000000000000, 2");
     let content = read(&deck).unwrap();
-    assert_eq!(tags(&content, "Bricks"), [8000000000001, 2]);
+    assert_eq!(element_tags(&content, "Bricks"), [8000000000001, 2]);
     assert_eq!(content.elements.element_nodes(0), [0, 1, 2, 3, 4, 5, 6, 7]);
 }
 
@@ -345,7 +322,7 @@ fn faces_of_surfaces_are_those_of_abaqus() {
         "*SURFACE, NAME=Top\n2, S2\n*SURFACE, NAME=Side, TYPE=ELEMENT\nBricks, s4\n1, P3\n1, P3\n";
     let content = read(&bricks(surface)).unwrap();
     assert_eq!(nodes_of::<Vec<_>>(&content, "Top"), [[8, 9, 10, 11]]);
-    assert_eq!(tags(&content, "Side"), [1, 1, 2]);
+    assert_eq!(element_tags(&content, "Side"), [1, 1, 2]);
     let nodes: Vec<_> = nodes_of(&content, "Side");
     assert_eq!(nodes, [[0, 1, 5, 4], [1, 2, 6, 5], [5, 6, 10, 9]]);
 }
@@ -356,9 +333,12 @@ fn a_surface_without_faces_is_the_outside() {
         "*SURFACE, NAME=Skin\nBricks\n*SURFACE, NAME=Lower\n1\n",
     ))
     .unwrap();
-    assert_eq!(tags(&content, "Skin"), [1, 1, 1, 1, 1, 2, 2, 2, 2, 2]);
     assert_eq!(
-        tags(&content, "Lower"),
+        element_tags(&content, "Skin"),
+        [1, 1, 1, 1, 1, 2, 2, 2, 2, 2]
+    );
+    assert_eq!(
+        element_tags(&content, "Lower"),
         [1; 5],
         "not the face that brick 2 has, too"
     );
@@ -373,10 +353,13 @@ fn unions_and_surfaces_of_nodes_are_read_and_others_are_remarked() {
     );
     let content = read(&deck).unwrap();
     assert_eq!(
-        (content.groups["Slave"].dimension, nodes(&content, "Slave")),
+        (
+            content.groups["Slave"].dimension,
+            node_tags(&content, "Slave")
+        ),
         (0, vec![1, 2, 3, 4])
     );
-    assert_eq!(tags(&content, "AB"), [1, 2]);
+    assert_eq!(element_tags(&content, "AB"), [1, 2]);
     assert!(!content.groups.contains_key("Cut") && !content.groups.contains_key("Rigid"));
     assert!(
         content.remarks[0].contains("`Cut`") && content.remarks[1].contains("`Rigid` (CYLINDER)")
@@ -400,12 +383,12 @@ fn one_name_for_a_set_a_surface_and_nodes_leads_to_each() {
         "TOP (nodes)",
     ];
     assert_eq!(names(&content), expected);
-    assert_eq!(tags(&content, "Bricks"), [1, 2]);
-    assert_eq!(tags(&content, "Bricks (shells)"), [11]);
-    assert_eq!(tags(&content, "Bricks (surface)"), [1]);
-    assert_eq!(nodes(&content, "Bricks (lines)"), [1, 2]);
-    assert_eq!(nodes(&content, "Bricks (nodes)"), [1, 5]);
-    assert_eq!(nodes(&content, "TOP (nodes)"), [9]);
+    assert_eq!(element_tags(&content, "Bricks"), [1, 2]);
+    assert_eq!(element_tags(&content, "Bricks (shells)"), [11]);
+    assert_eq!(element_tags(&content, "Bricks (surface)"), [1]);
+    assert_eq!(node_tags(&content, "Bricks (lines)"), [1, 2]);
+    assert_eq!(node_tags(&content, "Bricks (nodes)"), [1, 5]);
+    assert_eq!(node_tags(&content, "TOP (nodes)"), [9]);
     let top: Vec<_> = nodes_of(&content, "TOP");
     assert_eq!(top, [[8, 11, 10, 9]], "SNEG is seen from below");
     let taken = deck + "*NSET, NSET=BRICKS (nodes)\n1\n";
@@ -421,10 +404,10 @@ fn sets_hold_labels_ranges_and_sets() {
         *ELSET, ELSET=Upper\n2\n*NSET, NSET=Wide, GENERATE\n1, 18446744073709551615, 5\n*NSET, NSET=Even\n9\n",
     );
     let content = read(&deck).unwrap();
-    assert_eq!(nodes(&content, "Even"), [2, 4, 6, 8, 9]);
-    assert_eq!(nodes(&content, "Most"), [1, 2, 3, 4, 6, 8, 9]);
-    assert_eq!(nodes(&content, "Of"), [5, 6, 7, 8, 9, 10, 11, 12]);
-    assert_eq!(nodes(&content, "Wide"), [1, 6, 11]);
+    assert_eq!(node_tags(&content, "Even"), [2, 4, 6, 8, 9]);
+    assert_eq!(node_tags(&content, "Most"), [1, 2, 3, 4, 6, 8, 9]);
+    assert_eq!(node_tags(&content, "Of"), [5, 6, 7, 8, 9, 10, 11, 12]);
+    assert_eq!(node_tags(&content, "Wide"), [1, 6, 11]);
 }
 
 /// Doubling at every level would give 2^60 nodes if each set were made anew where it is named.
@@ -438,8 +421,8 @@ fn sets_of_sets_take_no_more_than_their_members() {
         );
     }
     let content = read(&deck).unwrap();
-    assert_eq!(nodes(&content, "S59"), [1, 2]);
-    assert_eq!(tags(&content, "F59"), [1]);
+    assert_eq!(node_tags(&content, "S59"), [1, 2]);
+    assert_eq!(element_tags(&content, "F59"), [1]);
 }
 
 /// A surface that unites itself and others again and again would grow with every line.
@@ -451,7 +434,7 @@ fn a_union_is_made_once_however_often_it_is_named() {
         again.repeat(3000)
     ));
     let content = read(&deck).unwrap();
-    assert_eq!(tags(&content, "U"), [1, 2, 2]);
+    assert_eq!(element_tags(&content, "U"), [1, 2, 2]);
 }
 
 #[test]
@@ -463,7 +446,7 @@ fn what_no_solid_has_is_left_out_and_said() {
     let content = read(&deck).unwrap();
     assert_eq!(names(&content), ["Bricks", "Mix", "Some"]);
     assert_eq!(
-        (nodes(&content, "Some"), tags(&content, "Mix")),
+        (node_tags(&content, "Some"), element_tags(&content, "Mix")),
         (vec![1], vec![1])
     );
     assert_eq!(content.facets.len(), 0);
@@ -481,7 +464,7 @@ fn all_solids_are_a_group_where_no_other_has_them() {
     let nameless = bricks("").replace(", ELSET=Bricks", "");
     let content = read(&nameless).unwrap();
     assert_eq!(
-        (names(&content), tags(&content, "all")),
+        (names(&content), element_tags(&content, "all")),
         (vec!["all"], vec![1, 2])
     );
     let taken = nameless + "*NSET, NSET=all\n1\n";
@@ -709,7 +692,7 @@ fn an_instance_is_a_group_of_solids_alone() {
     let content = read(&deck).unwrap();
     let names = names(&content).join(", ");
     assert!(!names.contains("(shells)"), "{names}");
-    assert_eq!(tags(&content, "Blade-1.Skin"), [2]);
+    assert_eq!(element_tags(&content, "Blade-1.Skin"), [2]);
 }
 
 /// The internal sets of a program take no name from others.
@@ -726,7 +709,12 @@ fn internal_sets_take_no_names() {
     let other = "*Part, name=Other\n*Node\n1, 0, 0, 0\n2, 1, 0, 0\n3, 0, 1, 0\n4, 0, 0, 1\n\
         *Element, type=C3D4\n1, 1, 2, 3, 4\n*End Part\n*Part, name=Blade\n";
     let content = read(&one.replacen("*Part, name=Blade\n", other, 1)).unwrap();
-    assert_eq!(tags(&content, "Set-1"), [1], "{:?}", names(&content));
+    assert_eq!(
+        element_tags(&content, "Set-1"),
+        [1],
+        "{:?}",
+        names(&content)
+    );
 }
 
 #[test]
@@ -759,7 +747,7 @@ fn edges_of_shells_are_no_faces() {
         "*ELEMENT, TYPE=S4, ELSET=Skin\n11, 9, 10, 11, 12\n*SURFACE, NAME=Rim\nSkin, E1\n11, SPOS\n",
     );
     let content = read(&deck).unwrap();
-    assert_eq!(tags(&content, "Rim"), [11]);
+    assert_eq!(element_tags(&content, "Rim"), [11]);
     let remark = "Of the surface `Rim`, 1 edges of shells or faces of other elements that are not read were left aside.";
     assert_eq!(content.remarks, [remark]);
 }
@@ -781,7 +769,7 @@ fn a_beginning_stands_for_the_only_word_that_begins_so() {
     );
     let (whole, short) = (read(&whole).unwrap(), read(&short).unwrap());
     assert_eq!(whole, short);
-    assert_eq!(nodes(&short, "Bottom"), [1, 3, 5, 7, 9]);
+    assert_eq!(node_tags(&short, "Bottom"), [1, 3, 5, 7, 9]);
     let ring = short.nodes[12];
     assert!(
         ring[0].abs() < 1e-12 && (ring[1] - 2.0).abs() < 1e-12,
@@ -843,8 +831,8 @@ fn names_that_differ_in_one_letter_of_latin_1_are_two() {
     for bytes in [latin, utf.into_bytes()] {
         let content = parse(&bytes, &mut nothing_included).unwrap();
         assert_eq!(names(&content), ["Bricks", "S\u{f8}d", "S\u{fc}d"]);
-        assert_eq!(nodes(&content, "S\u{fc}d"), [1, 2, 4]);
-        assert_eq!(nodes(&content, "S\u{f8}d"), [3]);
+        assert_eq!(node_tags(&content, "S\u{fc}d"), [1, 2, 4]);
+        assert_eq!(node_tags(&content, "S\u{f8}d"), [3]);
     }
 }
 
@@ -879,13 +867,13 @@ fn what_calculix_reads_is_read_with_a_remark() {
     for [more, words] in cases(table) {
         let content = read(&bricks(&format!("{more}\n"))).unwrap();
         has(&content.remarks.join("\n"), &words);
-        assert_eq!(tags(&content, "Bricks"), [1, 2], "{more}");
+        assert_eq!(element_tags(&content, "Bricks"), [1, 2], "{more}");
     }
     let named = read(&bricks(
         "*SURFACE, NAME=a\nPart-1-1.Bricks, S1\nPart-1-1.2, S2\n",
     ))
     .unwrap();
-    assert_eq!(tags(&named, "a"), [1, 2, 2]);
+    assert_eq!(element_tags(&named, "a"), [1, 2, 2]);
     let below = format!("Bracket, version of Monday\n{}", bricks(""));
     let content = super::super::parse(below.as_bytes(), "a.inp", &mut nothing_included).unwrap();
     has(
@@ -900,9 +888,9 @@ fn a_keyword_line_goes_on_only_in_parameters() {
     let deck = "*NSET, NSET=a,\n1, 4\n*NSET, NSET=b,\nGENERATE\n1, 4\n*NSET,\nNSET=c,\nINTERNAL\n1\n\
         *NSET, NSET=d,\na, 7\n*SOLID SECTION, ELSET=Bricks, MATERIAL=Steel,\n1.\n*MATERIAL, NAME=Steel\n";
     let content = read(&bricks(deck)).unwrap();
-    assert_eq!(nodes(&content, "a"), [1, 4]);
-    assert_eq!(nodes(&content, "b"), [1, 2, 3, 4]);
-    assert_eq!(nodes(&content, "d"), [1, 4, 7]);
+    assert_eq!(node_tags(&content, "a"), [1, 4]);
+    assert_eq!(node_tags(&content, "b"), [1, 2, 3, 4]);
+    assert_eq!(node_tags(&content, "d"), [1, 4, 7]);
     assert!(!content.groups.contains_key("c"));
     assert_eq!(content.remarks, [""; 0]);
 }
@@ -915,16 +903,16 @@ fn parts_without_an_assembly_are_one_with_what_stands_outside() {
         *SOLID SECTION, ELSET=Bricks, MATERIAL=Steel\n*MATERIAL, NAME=Steel\n";
     let content = read(&(part + outside)).unwrap();
     assert_eq!(names(&content), ["Bracket", "Bricks", "Low", "Top"]);
-    assert_eq!(tags(&content, "Bracket"), [1, 2]);
-    assert_eq!(nodes(&content, "Low"), [1, 2]);
-    assert_eq!(tags(&content, "Top"), [1, 2]);
+    assert_eq!(element_tags(&content, "Bracket"), [1, 2]);
+    assert_eq!(node_tags(&content, "Low"), [1, 2]);
+    assert_eq!(element_tags(&content, "Top"), [1, 2]);
     assert_eq!(content.materials[0].elements, [0, 1]);
     let sets = "*ASSEMBLY, NAME=a\n*NSET, NSET=Low\n1, 2\n*END ASSEMBLY\n";
     let content = read(&format!(
         "*PART, NAME=Bracket\n{NODES}{BRICKS}*END PART\n{sets}"
     ))
     .unwrap();
-    assert_eq!(nodes(&content, "Low"), [1, 2]);
+    assert_eq!(node_tags(&content, "Low"), [1, 2]);
     let nodes_outside = format!("{NODES}*PART, NAME=Bracket\n{BRICKS}*END PART\n");
     let content = read(&nodes_outside).unwrap();
     assert_eq!(names(&content), ["Bracket", "Bricks"]);
@@ -967,8 +955,8 @@ fn surfaces_of_one_name_and_two_types_are_two() {
     assert_eq!(names(&content), expected);
     for name in ["PUNCH", "Both"] {
         let of_nodes = format!("{name} (node surface)");
-        assert_eq!(tags(&content, name), [1, 2]);
-        assert_eq!(nodes(&content, &of_nodes), [1, 2, 3]);
+        assert_eq!(element_tags(&content, name), [1, 2]);
+        assert_eq!(node_tags(&content, &of_nodes), [1, 2, 3]);
         assert_eq!(content.groups[&of_nodes].dimension, 0);
     }
 }

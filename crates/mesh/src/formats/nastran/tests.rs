@@ -1,11 +1,9 @@
-use super::super::fixtures::{assert_near, nodes_of};
+use super::super::fixtures::{
+    assert_near, element_tags, node_tags, nodes_of, nothing_included, remarks,
+};
 use super::*;
 use crate::element::ElementType;
 use dovetail_testkit::words::{cases, has};
-
-fn nothing_included(name: &str) -> Result<Vec<u8>, MeshError> {
-    panic!("{name} is included");
-}
 
 fn read(text: &str) -> Content {
     parse(text.as_bytes(), &mut nothing_included).unwrap_or_else(|e| panic!("{e}\n{text}"))
@@ -14,30 +12,6 @@ fn read(text: &str) -> Content {
 fn message(text: &str) -> String {
     let found = parse(text.as_bytes(), &mut nothing_included);
     found.map(|c| format!("{c:?}")).unwrap_err().to_string()
-}
-
-fn remarks(content: &Content) -> String {
-    content.remarks.join("\n")
-}
-
-/// Tags of the nodes of a group.
-fn nodes(content: &Content, group: &str) -> Vec<u64> {
-    let found = content.groups.get(group);
-    let found = found.unwrap_or_else(|| panic!("no {group} in {:?}", content.groups.keys()));
-    let tags = found.nodes.iter().map(|n| content.node_tags[*n as usize]);
-    tags.collect()
-}
-
-/// Tags of the elements of a group.
-fn elements(content: &Content, group: &str) -> Vec<u64> {
-    let found = content.groups.get(group);
-    let found = found.unwrap_or_else(|| panic!("no {group} in {:?}", content.groups.keys()));
-    let list = match found.dimension {
-        2 => &content.facets,
-        _ => &content.elements,
-    };
-    let tags = found.elements.iter().map(|e| list.tags()[*e as usize]);
-    tags.collect()
 }
 
 fn at(content: &Content, tag: u64) -> [f64; 3] {
@@ -165,10 +139,10 @@ fn properties_and_shells_are_groups_by_the_names_of_preprocessors() {
         corners()
     );
     let plain = read(&format!("{cards}PSOLID,7,1\nPSOLID,8,2\n"));
-    assert_eq!(elements(&plain, "PSOLID 7"), [1]);
-    assert_eq!(elements(&plain, "PSOLID 8"), [2]);
-    assert_eq!(elements(&plain, "all"), [1, 2]);
-    assert_eq!(elements(&plain, "PSHELL 4"), [3, 5, 6]);
+    assert_eq!(element_tags(&plain, "PSOLID 7"), [1]);
+    assert_eq!(element_tags(&plain, "PSOLID 8"), [2]);
+    assert_eq!(element_tags(&plain, "all"), [1, 2]);
+    assert_eq!(element_tags(&plain, "PSHELL 4"), [3, 5, 6]);
     assert_eq!(nodes_of::<Vec<_>>(&plain, "PSHELL 4")[1], [4, 5, 6]);
     let table = "
         $HMNAME PROP                   7\"blade\" 4\\nPSOLID,7,1
@@ -181,13 +155,13 @@ fn properties_and_shells_are_groups_by_the_names_of_preprocessors() {
     ";
     for [lines] in cases(table) {
         let content = read(&format!("{cards}{lines}\nPSOLID,8,2\n"));
-        assert_eq!(elements(&content, "blade"), [1], "{lines}");
-        assert_eq!(elements(&content, "PSOLID 8"), [2], "{lines}");
+        assert_eq!(element_tags(&content, "blade"), [1], "{lines}");
+        assert_eq!(element_tags(&content, "PSOLID 8"), [2], "{lines}");
     }
     let components = "$HMNAME COMP                   2\"both\" 7 \"PSOLID\"\n$HMMOVE        2\n$       1THRU       3\n";
     let content = read(&format!("{cards}{components}PSOLID,7,1\n"));
-    assert_eq!(elements(&content, "both"), [1, 2]);
-    assert_eq!(elements(&content, "both (shells)"), [3]);
+    assert_eq!(element_tags(&content, "both"), [1, 2]);
+    assert_eq!(element_tags(&content, "both (shells)"), [3]);
 }
 
 #[test]
@@ -258,15 +232,15 @@ fn sets_are_groups() {
         corners()
     );
     let content = read(&text);
-    assert_eq!(nodes(&content, "SET 5"), [1, 2, 4, 5, 6]);
-    assert_eq!(nodes(&content, "SPC 3"), [1, 2, 9, 10, 11, 12]);
-    assert_eq!(nodes(&content, "SPC 4"), [8]);
-    assert_eq!(nodes(&content, "SET1 5"), [1, 2, 3, 4]);
-    assert_eq!(elements(&content, "SET3 6"), [2]);
-    assert_eq!(nodes(&content, "tip"), [9, 10]);
+    assert_eq!(node_tags(&content, "SET 5"), [1, 2, 4, 5, 6]);
+    assert_eq!(node_tags(&content, "SPC 3"), [1, 2, 9, 10, 11, 12]);
+    assert_eq!(node_tags(&content, "SPC 4"), [8]);
+    assert_eq!(node_tags(&content, "SET1 5"), [1, 2, 3, 4]);
+    assert_eq!(element_tags(&content, "SET3 6"), [2]);
+    assert_eq!(node_tags(&content, "tip"), [9, 10]);
     // Both nodes and elements have the numbers 1 and 2.
-    assert_eq!(elements(&content, "SET 8"), [1, 2]);
-    assert_eq!(nodes(&content, "SET 8 (nodes)"), [1, 2]);
+    assert_eq!(element_tags(&content, "SET 8"), [1, 2]);
+    assert_eq!(node_tags(&content, "SET 8 (nodes)"), [1, 2]);
     assert!(!content.groups.contains_key("SET 7"));
 }
 
@@ -300,7 +274,7 @@ fn files_are_included_in_their_place() {
     let text =
         format!("CEND\nINCLUDE 'control.inc'\nBEGIN BULK\ninclude 'nodes/\n     all.bdf'\n{LOWER}");
     let content = parse(text.as_bytes(), &mut include).unwrap();
-    assert_eq!(nodes(&content, "SET 5"), [4]);
+    assert_eq!(node_tags(&content, "SET 5"), [4]);
     let mut include = |_: &str| Ok(b"GRID,1,,0.,x\n".to_vec());
     let error = parse(b"INCLUDE 'a.bdf'\nGRID,2\n", &mut include).unwrap_err();
     assert_eq!(
