@@ -8,8 +8,8 @@ use crate::damping::Rayleigh;
 use crate::dlft::retention::Mean;
 use crate::dlft::{Orbit, Outcome};
 use crate::problem::Problem;
-use dovetail_numerics::spectrum::{blocks, cosine, sine};
-use std::f64::consts::TAU;
+use dovetail_numerics::fourier::Fourier;
+use dovetail_numerics::vector::norm;
 
 /// Steps of a period.
 const STEPS: usize = 500;
@@ -97,31 +97,24 @@ fn doubled(stepper: &mut Stepper<'_>, state: &mut MotionState, orbit: &Orbit) ->
         history.push(state.x.clone());
         stepper.advance(state, instant % STEPS).ok()?;
     }
-    let far = |a: &[f64], b: &[f64]| {
-        let squares = a.iter().zip(b).map(|(a, b)| (a - b).powi(2));
-        squares.sum::<f64>().sqrt()
+    let far = |from: &[f64], to: &[f64]| {
+        let change: Vec<f64> = from.iter().zip(to).map(|(a, b)| a - b).collect();
+        norm(&change)
     };
     let [apart, left] = [&history[STEPS], &state.x].map(|x| far(x, &history[0]));
     if left.is_nan() || left >= SETTLED * apart {
         return None;
     }
-    let (n, harmonics) = (state.x.len(), 2 * orbit.harmonics);
-    let mut x = vec![0.0; blocks(harmonics) * n];
-    for (instant, at) in history.iter().enumerate() {
-        for k in 0..=harmonics {
-            let phase = TAU * ((k * instant) % instants) as f64 / instants as f64;
-            let (s, c) = phase.sin_cos();
-            let weight = if k == 0 { 1.0 } else { 2.0 } / instants as f64;
-            let parts = if k == 0 {
-                vec![(0, weight)]
-            } else {
-                vec![(cosine(k), weight * c), (sine(k), weight * s)]
-            };
-            for (block, factor) in parts {
-                for (sum, value) in x[block * n..][..n].iter_mut().zip(at) {
-                    *sum += factor * value;
-                }
-            }
+    // More harmonics than the steps carry begin at zero.
+    let (n, harmonics) = (state.x.len(), (2 * orbit.harmonics).min(STEPS - 1));
+    let fourier = Fourier::new(harmonics, instants);
+    let mut x = vec![0.0; fourier.width() * n];
+    let mut coefficients = vec![0.0; fourier.width()];
+    for i in 0..n {
+        let signal: Vec<f64> = history.iter().map(|x| x[i]).collect();
+        fourier.to_frequency(&signal, &mut coefficients);
+        for (block, coefficient) in coefficients.iter().enumerate() {
+            x[block * n + i] = *coefficient;
         }
     }
     Some(Orbit {

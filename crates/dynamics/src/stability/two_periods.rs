@@ -9,7 +9,7 @@ use crate::dlft::branch::follow_through;
 use crate::dlft::settings::Resolution;
 use crate::dlft::sweep::SweepSettings;
 use crate::dlft::{Branch, Orbit, Response, StaticState};
-use crate::integration::departure::depart;
+use crate::integration::departure::Departure;
 use crate::problem::Problem;
 use rayon::prelude::*;
 use std::ops::Range;
@@ -17,24 +17,21 @@ use std::ops::Range;
 /// Share of the odd harmonics in a motion below which both periods are the same.
 const SAME: f64 = 1e-3;
 
-/// Follows the response of twice the period to which an unstable `orbit` departs, from its frequency
+/// Follows the response of twice the period to which an unstable motion has departed, from its frequency
 /// towards the first and the last frequency of the settings, and judges its motions. The branch ends where
-/// its two periods become the same. The integration in time ends after `most_periods`, or when `ends`
-/// returns `true`. `None` if it does not reach such a response, and for travelling waves: an odd harmonic
-/// of half the frequency has no whole number of nodal diameters.
+/// its two periods become the same. `None` if the departure did not reach such a response. Travelling
+/// waves have none: an odd harmonic of half the frequency has no whole number of nodal diameters.
 pub fn two_periods(
     problem: &Problem,
     damping: Rayleigh,
     state: &StaticState,
     settings: &SweepSettings,
-    orbit: &Orbit,
-    (most_periods, ends): (usize, &dyn Fn() -> bool),
+    departure: &Departure,
 ) -> Option<Response> {
-    let departure = depart(problem, damping, orbit, most_periods, ends).ok()?;
-    let start = departure.doubled?;
+    let start = departure.doubled.as_ref()?;
     let problem = problem.over_two_periods();
     let settings = over_two_periods(settings);
-    let followed = follow_through(&problem, damping, state, &settings, &start);
+    let followed = follow_through(&problem, damping, state, &settings, start);
     let mut response = with_different_periods(followed, start.frequency_hz)?;
     let verdict = |orbit: &Orbit| judge(&problem, damping, state, orbit);
     let verdicts: Vec<_> = response.orbits.par_iter().map(verdict).collect();

@@ -169,7 +169,7 @@ fn frequency_response(
         session,
     };
     let (mut response, slide) = responses.response(None)?;
-    responses.add_two_periods(&mut response, begun)?;
+    let departures = responses.add_two_periods(&mut response, begun)?;
     let compared = scene.response.compare_harmonics;
     let compared = compared.filter(|h| response::compared(resolution, *h) != resolution);
     let compare = |harmonics| {
@@ -182,7 +182,7 @@ fn frequency_response(
     let compared = compared.map(compare).transpose()?;
     let tractions =
         tractions::solve_tractions(scene, reduced, damping, &frequencies_hz, &response, session)?;
-    let departures = responses.departures(&mut response, begun)?;
+    let departures = responses.departures(&mut response, departures, begun)?;
     let held = |o: &&Orbit| o.outcome.has_motion() && o.mean == Mean::Retained;
     let held = response.orbits.iter().filter(held);
     let retained = match held.max_by(|a, b| a.retention_n.total_cmp(&b.retention_n)) {

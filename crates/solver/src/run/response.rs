@@ -281,6 +281,7 @@ impl Responses<'_, '_> {
     }
 
     /// Adds the responses of twice the period to a response, in as much time as has passed since `begun`.
+    /// Returns the integrations in time that lead to them.
     ///
     /// # Errors
     /// [`Error::Stopped`] by the observer.
@@ -288,34 +289,36 @@ impl Responses<'_, '_> {
         &self,
         response: &mut Response,
         begun: Instant,
-    ) -> Result<(), Error> {
+    ) -> Result<Vec<(usize, Departure)>, Error> {
         let doubled = |orbit: &Orbit| orbit.stability.kind() == Some(Kind::PeriodDoubling);
         if !response.orbits.iter().any(doubled) {
-            return Ok(());
+            return Ok(Vec::new());
         }
         let title = "response of twice the period";
         let _stage = self.session.titled_stage(Stage::Response, title);
         let frequencies_hz = self.frequencies_hz.to_vec();
         let settings = settings(self.spec, frequencies_hz, self.spec.resolution);
         let until = Instant::now() + begun.elapsed();
-        self.judged().follow_two_periods(response, &settings, until);
-        self.session.check_running()
+        let judged = self.judged();
+        let departures = judged.follow_two_periods(response, &settings, until);
+        self.session.check_running()?;
+        Ok(departures)
     }
 
     /// Where integration in time leads from the peaks that are unstable, in as much time as has passed
-    /// since `begun`.
+    /// since `begun`. `known` are departures of this response that were integrated before.
     ///
     /// # Errors
     /// [`Error::Stopped`] by the observer.
     pub(super) fn departures(
         &self,
         response: &mut Response,
+        known: Vec<(usize, Departure)>,
         begun: Instant,
     ) -> Result<Vec<Departure>, Error> {
-        let observations = self.reduced.observations().len();
         let until = Instant::now() + begun.elapsed();
         self.judged()
-            .departures(response, observations, until, self.session)
+            .departures(response, known, until, self.session)
     }
 
     /// Model whose motions are judged.

@@ -74,16 +74,17 @@ impl Judged<'_> {
         }
     }
 
-    /// Follows the responses of twice the period to which the period doublings of a response lead, not
-    /// beyond an instant.
+    /// Follows the responses of twice the period to which the period doublings of a response lead, with
+    /// integrations in time that end before an instant. Returns these, each with the position of its
+    /// motion.
     pub(super) fn follow_two_periods(
         &self,
         response: &mut Response,
         settings: &SweepSettings,
         until: Instant,
-    ) {
+    ) -> Vec<(usize, Departure)> {
         let ends = || Instant::now() > until;
-        let mut branches: Vec<Response> = Vec::new();
+        let (mut branches, mut departures) = (Vec::<Response>::new(), Vec::new());
         for at in doubled_motions(response) {
             let orbit = &response.orbits[at];
             let has = |branch: &Response| {
@@ -91,14 +92,17 @@ impl Judged<'_> {
                 let [least, most] = [f64::min, f64::max].map(|end| hz.clone().reduce(end));
                 least <= Some(orbit.frequency_hz) && Some(orbit.frequency_hz) <= most
             };
-            if !ends() && !branches.iter().any(has) {
-                let (problem, damping, state) = (self.problem, self.damping, self.state);
-                let found =
-                    two_periods(problem, damping, state, settings, orbit, (DEPARTING, &ends));
-                branches.extend(found);
+            if ends() || branches.iter().any(has) {
+                continue;
+            }
+            let (problem, damping, state) = (self.problem, self.damping, self.state);
+            if let Ok(departure) = depart(problem, damping, orbit, DEPARTING, &ends) {
+                branches.extend(two_periods(problem, damping, state, settings, &departure));
+                departures.push((at, departure));
             }
         }
         response.two_periods = branches;
+        departures
     }
 
     /// Judges the motions at these positions that have no verdict.
@@ -216,19 +220,21 @@ impl Judged<'_> {
         Side::of(&orbit)
     }
 
-    /// Integrates from the peak of each observed displacement that is unstable, not beyond an instant.
-    /// A motion that cannot be integrated has no entry. The verdict on a motion that the integration
-    /// contradicts is withdrawn.
+    /// Integrates from the peak of each observed displacement that is unstable, not beyond an instant,
+    /// unless it is one of the `known` departures. A motion that cannot be integrated has no entry. The
+    /// verdict on a motion that the integration contradicts is withdrawn.
     ///
     /// # Errors
     /// [`Error::Stopped`] by the observer.
     pub(super) fn departures(
         &self,
         response: &mut Response,
-        observations: usize,
+        mut known: Vec<(usize, Departure)>,
         until: Instant,
         session: &Session<'_>,
     ) -> Result<Vec<Departure>, Error> {
+        let observations = response.orbits.iter().map(|o| o.observed_amplitude.len());
+        let observations = observations.max().unwrap_or(0);
         let unstable = unstable_peaks(response, observations);
         if unstable.is_empty() {
             return Ok(Vec::new());
@@ -241,7 +247,14 @@ impl Judged<'_> {
         let mut departures = Vec::new();
         for at in unstable {
             let orbit = &mut response.orbits[at];
-            let departure = depart(self.problem, self.damping, orbit, DEPARTING, &ends);
+            let known = known
+                .iter()
+                .position(|(of, _)| *of == at)
+                .map(|i| known.swap_remove(i));
+            let departure = match known {
+                Some((_, departure)) => Ok(departure),
+                None => depart(self.problem, self.damping, orbit, DEPARTING, &ends),
+            };
             match departure {
                 Ok(found) if stays(orbit, found.periods, &found.amplitude_range_m) => {
                     orbit.stability.verdict = Verdict::NotJudged(Reason::Stays);
