@@ -3,7 +3,7 @@
 use super::excited::{much_damping, resonance_warnings};
 use super::line::ReportLine;
 use super::mistakes::key_of_sides;
-use super::stability::{two_periods, unstable_motions, unstable_peaks};
+use super::stability::{unstable_motions, unstable_peaks};
 use crate::motions::retained_words;
 use dovetail_export::warning::{CREEPS, LARGE_ERROR, Warning, accuracy_warning, remark, wrong};
 use dovetail_export::words::{counted, figure, percent, quantity};
@@ -61,7 +61,6 @@ pub(super) fn response_warnings(run: &Run) -> Vec<Warning> {
         keys,
     ));
     warnings.extend(unstable_peaks(&run.reduced, found));
-    warnings.extend(two_periods(&run.reduced, found));
     warnings.extend(much_damping(run, found));
     if found.run_up.is_none() {
         warnings.extend(resonance_warnings(run, found));

@@ -9,7 +9,8 @@ use dovetail_solver::results::peak::largest_amplitude;
 use dovetail_solver::run::{Observed, ReducedScene, ResponseResult};
 use dovetail_solver::stability::Kind;
 
-/// Warnings about peaks that are unstable, and a remark on one that was not judged.
+/// Warnings about peaks that are unstable and about branches of responses of twice the period, and a
+/// remark on a peak that was not judged.
 pub(super) fn unstable_peaks(reduced: &ReducedScene, found: &ResponseResult) -> Vec<Warning> {
     let summary = response_summary(
         &reduced.pairs,
@@ -59,21 +60,15 @@ pub(super) fn unstable_peaks(reduced: &ReducedScene, found: &ResponseResult) -> 
             figure(hz, 6),
         )));
     }
-    warnings
-}
-
-/// Warnings about branches of responses of twice the period.
-pub(super) fn two_periods(reduced: &ReducedScene, found: &ResponseResult) -> Vec<Warning> {
-    let summary = response_summary(&reduced.pairs, None, &found.response, None, &[]);
-    let observed = reduced.observations();
     let unit = observed.first().map_or("m", |first| first.quantity.unit());
-    let words = summary.two_periods_words(unit).into_iter();
+    let branches = summary.two_periods_words(unit).into_iter();
     let warning = |words| {
         accuracy_warning(format!(
             "{words} (rows of response.csv with 2 in the column periods)"
         ))
     };
-    words.map(warning).collect()
+    warnings.extend(branches.map(warning));
+    warnings
 }
 
 /// Warning about motions that were judged unstable, but for peaks and for those between two folds,

@@ -241,13 +241,13 @@ impl Sweep<'_> {
             ObservedQuantity::Strain => format!("amplitude of strain {}", observed.name),
         };
         let doubled = self.response.two_periods.iter().map(|branch| {
-            let orbits = branch
-                .orbits
-                .iter()
-                .map(|orbit| at_excitation_frequency(orbit).0);
+            let orbits = branch.orbits.iter();
             let branch = Response {
-                orbits: orbits.collect(),
-                ..branch.clone()
+                orbits: orbits
+                    .map(|orbit| at_excitation_frequency(orbit).0)
+                    .collect(),
+                branches: branch.branches.clone(),
+                ..Response::default()
             };
             let label = "with two periods".to_owned();
             curve(label, CurveKind::Compared, &branch, |o| {

@@ -97,23 +97,23 @@ fn judged(
             _ => Ok(stability),
         };
     }
-    if landing(problem, orbit).next().is_some() {
-        return large::judged(problem, damping, orbit);
-    }
     match judged_by_exponentials(problem, damping, state, orbit) {
-        Err(Reason::TooLarge | Reason::Massless) => large::judged(problem, damping, orbit),
+        Err(Reason::TooLarge | Reason::Massless | Reason::Landing) => {
+            large::judged(problem, damping, orbit)
+        }
         found => found,
     }
 }
 
+/// Verdict by the exponentials of the equations, which do not cover rigid pairs that land.
 fn judged_by_exponentials(
     problem: &Problem,
     damping: Rayleigh,
     state: &StaticState,
     orbit: &Orbit,
 ) -> Result<Stability, Reason> {
-    let multiplier = |orbit: &Orbit, resolution| match reason_against(problem, orbit) {
-        Some(reason) => Err(reason),
+    let multiplier = |orbit: &Orbit, resolution| match landing(problem, orbit).next() {
+        Some(_) => Err(Reason::Landing),
         None => monodromy::largest(problem, damping, orbit, resolution),
     };
     let Some(mut last) = multiplier(orbit, Resolution::FINE)? else {

@@ -5,6 +5,7 @@
 //! [`crate::contact`].
 
 use super::pairs::PairPlace;
+use super::signals::sample_period;
 use crate::dlft::{Branch, CycleStatus, Orbit, PairCycle, PairStatus, Response, StaticState};
 use std::f64::consts::TAU;
 
@@ -34,27 +35,18 @@ pub fn phasors(coefficients: &[f64]) -> Vec<Phasor> {
 /// half of its period, and over all of it.
 fn half_ranges(coefficients: &[f64]) -> [f64; 3] {
     /// Instants of a period for each harmonic.
-    const INSTANTS: usize = 256;
-    let harmonics = coefficients.len() / 2;
-    let instants = 2 * INSTANTS * harmonics.max(1);
-    let value = |instant: usize| {
-        let pairs = coefficients.get(1..).unwrap_or_default().chunks_exact(2);
-        let terms = pairs.enumerate().map(|(i, c)| {
-            let turn = ((i + 1) * instant) % instants;
-            let (sin, cos) = (TAU * turn as f64 / instants as f64).sin_cos();
-            c[0] * cos + c[1] * sin
-        });
-        terms.sum::<f64>()
-    };
-    let values: Vec<f64> = (0..=instants).map(value).collect();
+    const INSTANTS: usize = 512;
+    let harmonics = (coefficients.len() / 2).max(1);
+    let mut values = sample_period(coefficients, INSTANTS * harmonics);
+    values.extend_from_within(..1);
     let half_range = |part: &[f64]| {
         let (low, high) = (part.iter()).fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| {
             (l.min(*v), h.max(*v))
         });
         0.5 * (high - low)
     };
-    let (first, second) = (&values[..=instants / 2], &values[instants / 2..]);
-    [half_range(first), half_range(second), half_range(&values)]
+    let middle = values.len() / 2;
+    [&values[..=middle], &values[middle..], &values].map(half_range)
 }
 
 /// Motion of twice the period as tables and pictures have it: at the frequency of the excitation and

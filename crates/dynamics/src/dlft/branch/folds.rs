@@ -115,12 +115,16 @@ fn shared_points(sections: &[Section]) -> impl Iterator<Item = usize> {
 /// Stability of each motion of a response as curves are drawn: its section gives it. A point that two
 /// sections share counts as stable.
 pub fn stable_in_drawing(response: &Response) -> Vec<bool> {
-    let mut stable = vec![true; response.orbits.len()];
-    let sections = sections(response);
+    stable_in(&sections(response), response.orbits.len())
+}
+
+/// Stability of so many motions by their sections.
+fn stable_in(sections: &[Section], count: usize) -> Vec<bool> {
+    let mut stable = vec![true; count];
     for section in sections.iter().filter(|section| !section.is_stable) {
         stable[section.points.clone()].fill(false);
     }
-    for shared in shared_points(&sections) {
+    for shared in shared_points(sections) {
         stable[shared] = true;
     }
     stable
@@ -129,17 +133,10 @@ pub fn stable_in_drawing(response: &Response) -> Vec<bool> {
 /// Stability of each motion of a response. A motion without a verdict is `Some(false)` between two folds
 /// and `None` elsewhere.
 pub fn stable(response: &Response) -> Vec<Option<bool>> {
-    let sections = fold_sections(response);
-    let mut is_back = vec![false; response.orbits.len()];
-    for section in sections.iter().filter(|section| !section.is_stable) {
-        is_back[section.points.clone()].fill(true);
-    }
-    for fold in shared_points(&sections) {
-        is_back[fold] = false;
-    }
-    let orbits = response.orbits.iter().zip(is_back);
-    let stable = orbits.map(|(orbit, is_back)| match orbit.outcome.has_motion() {
-        true => orbit.stability.is_stable().or(is_back.then_some(false)),
+    let by_folds = stable_in(&fold_sections(response), response.orbits.len());
+    let orbits = response.orbits.iter().zip(by_folds);
+    let stable = orbits.map(|(orbit, by_folds)| match orbit.outcome.has_motion() {
+        true => orbit.stability.is_stable().or((!by_folds).then_some(false)),
         false => None,
     });
     stable.collect()

@@ -39,10 +39,12 @@ use faer::{Mat, c64};
 use period::Period;
 use rayon::prelude::*;
 use states::States;
-use std::f64::consts::TAU;
+use std::f64::consts::{FRAC_1_SQRT_2, TAU};
 use step_laws::{SAMPLES, StepLaw};
 use turns::Mobility;
 
+/// Coefficient of the stages.
+const GAMMA: f64 = 1.0 - FRAC_1_SQRT_2;
 /// Fewest steps in a period of the excitation and of the first mode.
 const STEPS: usize = 16;
 /// Steps in a period of the fastest mode that is kept.

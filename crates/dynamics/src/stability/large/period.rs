@@ -1,9 +1,9 @@
 //! A period of perturbations in equal steps.
 
+use super::GAMMA;
 use super::bodies::{Bodies, MovingPair};
 use super::states::States;
 use super::step_laws::StepLaw;
-use super::turns::GAMMA;
 use crate::contact::coulomb::Contact;
 use crate::stability::Reason;
 use dovetail_numerics::dense::{Lu, product};

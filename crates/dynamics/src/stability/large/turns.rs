@@ -2,16 +2,13 @@
 //! perturbation v of the velocity changes there as the acceleration does.
 
 use super::super::passage::Passage;
+use super::GAMMA;
 use crate::dlft::{CycleStatus, Orbit};
 use crate::problem::Problem;
 use dovetail_numerics::dense::Lu;
 use dovetail_numerics::fourier::Fourier;
 use faer::Mat;
-use std::f64::consts::FRAC_1_SQRT_2;
 use std::sync::OnceLock;
-
-/// Coefficient of the stages.
-pub(super) const GAMMA: f64 = 1.0 - FRAC_1_SQRT_2;
 
 /// Reversal that a pair passes at once.
 pub(super) struct PassedTurn {
